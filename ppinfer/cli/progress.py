@@ -1,0 +1,35 @@
+"""A progress bar for long loops: on a terminal only, and never on standard output."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Protocol
+
+
+class ProgressCallback(Protocol):
+    """What long-running functions call with how much is done and how much there is."""
+
+    def __call__(self, done: int, total: int) -> None: ...
+
+
+@contextmanager
+def progress_bar(description: str) -> Iterator[ProgressCallback]:
+    """Yield a callback ``(done, total)`` that draws a bar on stderr when that is a terminal.
+
+    Examples
+    --------
+    >>> with progress_bar("inferring") as report:
+    ...     report(done=1, total=2)
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(description, total=None)
+
+        def update(done: int, total: int) -> None:
+            bar.update(task, completed=done, total=total)
+
+        yield update

@@ -1,0 +1,49 @@
+"""The one family of exceptions: every refusal of ppinfer derives from `PPInferError`."""
+
+from __future__ import annotations
+
+
+class PPInferError(Exception):
+    """Base of every error that ppinfer raises on purpose.
+
+    A message says what was wrong, where (axis, label, trial, sample, file and line), the offending sizes or
+    values, and what to do.
+
+    Examples
+    --------
+    >>> from ppinfer import Axis, PPInferError
+    >>> try:
+    ...     Axis("goal", ["cup", "cup"])
+    ... except PPInferError as error:
+    ...     print(type(error).__name__)
+    AxisError
+    """
+
+
+class AxisError(PPInferError, ValueError):
+    """Axes that are malformed, unknown, or that share a name without sharing their labels."""
+
+
+class FactorError(PPInferError, ValueError):
+    """Values that no factor can hold (NaN, +inf, a wrong shape) or an operation that is undefined on them."""
+
+
+class ImpossibleEvidenceError(PPInferError, ValueError):
+    """Evidence that leaves no hypothesis possible; the message names the cell (trial, sample)."""
+
+
+class ModelError(PPInferError, ValueError):
+    """A model's parameter that is unknown, of the wrong type, or out of its range."""
+
+
+class LogError(PPInferError, ValueError):
+    """A study log, posterior, recording or mapping that cannot be read or is not sound.
+
+    Examples
+    --------
+    >>> from ppinfer.errors import LogError
+    >>> raise LogError("trials.csv: line 3: column 'x': expected a number, got 'abc'")
+    Traceback (most recent call last):
+        ...
+    ppinfer.errors.LogError: trials.csv: line 3: column 'x': expected a number, got 'abc'
+    """

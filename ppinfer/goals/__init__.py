@@ -1,0 +1,35 @@
+"""Which goal? Noisily rational agents, beliefs over their goals, and models fitted to people."""
+
+from ppinfer.goals.baselines import Heading, NearestGoal
+from ppinfer.goals.belief import GoalBelief, infer_goals
+from ppinfer.goals.dynamics import Dynamics
+from ppinfer.goals.evidence import GoalEvidence
+from ppinfer.goals.kalman import GoalKalman
+from ppinfer.goals.lqr import GoalLQR
+from ppinfer.goals.model import GoalDesign, GoalModel, Observation
+from ppinfer.goals.motion import causal_motion
+from ppinfer.goals.noisily_rational import NoisilyRational
+from ppinfer.goals.online import OnlineGoalBelief
+
+#: Models that commands know by name; a new one is one small file and a line here.
+MODELS: dict[str, type[GoalModel]] = {
+    model.name: model for model in (GoalLQR, GoalKalman, NearestGoal, Heading)
+}
+
+__all__ = [
+    "MODELS",
+    "Dynamics",
+    "GoalBelief",
+    "GoalDesign",
+    "GoalEvidence",
+    "GoalKalman",
+    "GoalLQR",
+    "GoalModel",
+    "Heading",
+    "NearestGoal",
+    "NoisilyRational",
+    "Observation",
+    "OnlineGoalBelief",
+    "causal_motion",
+    "infer_goals",
+]

@@ -1,0 +1,148 @@
+"""Beliefs over goals at every sample of a log: Bayes' rule (27), with goals that may change."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ppinfer.distributions import Distribution, forward_filter, smooth
+from ppinfer.errors import ModelError
+from ppinfer.goals.evidence import GoalEvidence
+from ppinfer.goals.model import GoalModel
+from ppinfer.goals.switching import row_transitions
+
+Mode = Literal["filter", "smooth"]
+
+
+@runtime_checkable
+class CumulativeModel(Protocol):
+    """A model whose filtered belief, for goals that never switch, needs sums over a row and no recursion."""
+
+    @property
+    def is_cumulative(self) -> bool:
+        """Whether these parameters allow the cumulative form."""
+
+    def cumulative_log_posterior(
+        self, evidence: GoalEvidence, log_prior: Float[np.ndarray, "row goal"]
+    ) -> Float[np.ndarray, "sample goal"]:
+        """Return the log belief at every sample."""
+
+    def describe_source(self, evidence: GoalEvidence) -> str:
+        """Return how states and controls were obtained."""
+
+
+@dataclass(frozen=True, eq=False)
+class GoalBelief:
+    """The belief over goals at every sample, with what a reader should know of how it came about.
+
+    Parameters
+    ----------
+    distribution : Distribution
+        Random in `goal`, one for each `sample`.
+    state_source : str
+        How velocities and controls were obtained.
+    outliers : (sample,) bool or None
+        Samples that a model set aside as outliers.
+    """
+
+    distribution: Distribution
+    state_source: str
+    outliers: Bool[np.ndarray, " sample"] | None = None
+
+    @property
+    def log_posterior(self) -> Float[np.ndarray, "sample goal"]:
+        """Log probabilities, -inf for goals that are absent."""
+        return self.distribution.log_values
+
+
+def infer_goals(
+    model: GoalModel,
+    evidence: GoalEvidence,
+    *,
+    mode: Mode = "filter",
+    prior: Float[np.ndarray, "row goal"] | Float[np.ndarray, " goal"] | None = None,
+) -> GoalBelief:
+    """Return the belief over goals at every sample of the evidence, all rows in one array program.
+
+    Parameters
+    ----------
+    model : GoalModel
+        The likelihood; its ``stay`` is the probability per sample that a goal stays what it is.
+    evidence : GoalEvidence
+        Rows restart exactly, except those that `evidence.continues` marks: they begin with the last belief of the row
+        before them, carried over goal by goal.
+    mode : {"filter", "smooth"}
+        Given the samples so far (what a robot knows at that instant), or given the whole row.
+    prior : (goal,) or (row, goal) float64, optional
+        Probabilities at the start of each row; default: even over the goals present.
+
+    Raises
+    ------
+    ImpossibleEvidenceError
+        Where every goal is ruled out; the message names trial and sample.
+    ModelError
+        Where the mode is unknown or a prior is not a distribution over the goals present.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalDesign, GoalLQR
+    >>> model = GoalLQR(rationality=2.0)
+    >>> rng = np.random.default_rng(0)
+    >>> evidence = model.simulate(GoalDesign.random(rng, rows=5), rng)
+    >>> infer_goals(model, evidence).distribution.random
+    ('goal',)
+    """
+    if mode not in ("filter", "smooth"):
+        raise ModelError(f"unknown mode {mode!r}: expected 'filter' or 'smooth'")
+    log_prior = _row_priors(evidence, prior)
+    carried = evidence.continues is not None and bool(evidence.continues.any())
+    plain = model.stay == 1.0 and not model.memoryless
+    outliers = None
+    if isinstance(model, CumulativeModel) and plain and model.is_cumulative and mode == "filter" and not carried:
+        log_posterior = model.cumulative_log_posterior(evidence, log_prior)
+        source = model.describe_source(evidence)
+    else:
+        assessment = model.assess(evidence)
+        source, outliers = assessment.state_source, assessment.outliers
+        log_transition = which = None
+        if carried or not plain:
+            log_transition, which = row_transitions(
+                log_prior, evidence.goal_present, model.stay, memoryless=model.memoryless
+            )
+        run = forward_filter if mode == "filter" else smooth
+        log_posterior = run(
+            assessment.log_likelihood.log_values,
+            evidence.row_size,
+            log_prior,
+            log_transition,
+            which,
+            evidence.continues,
+            describe=evidence.describe_sample,
+        )
+    axes = (evidence.sample_axis, evidence.goal_axis)
+    belief = Distribution._sound(axes, log_posterior, ("batch", "random"))
+    return GoalBelief(belief, source, outliers)
+
+
+def _row_priors(
+    evidence: GoalEvidence, prior: Float[np.ndarray, "..."] | None
+) -> Float[np.ndarray, "row goal"]:
+    present = evidence.goal_present
+    if prior is None:
+        weights = present / present.sum(axis=1, keepdims=True)
+    else:
+        weights = np.broadcast_to(np.asarray(prior, dtype=np.float64), present.shape)
+        if not np.isfinite(weights).all() or (weights < 0).any():
+            raise ModelError("a prior over goals must hold finite probabilities that are not negative")
+        weights = np.where(present, weights, 0.0)
+        total = weights.sum(axis=1, keepdims=True)
+        if (total <= 0).any():
+            row = int(np.argmax(total[:, 0] <= 0))
+            raise ModelError(f"{evidence.row_name(row)}: the prior gives no probability to any goal that is present")
+        weights = weights / total
+    with np.errstate(divide="ignore"):
+        log_prior: np.ndarray = np.log(weights)
+    return log_prior

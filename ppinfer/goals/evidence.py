@@ -1,0 +1,208 @@
+"""What was seen of one agent, and the goals it may have had: the evidence of every goal model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ppinfer.distributions import Axis, Factor
+from ppinfer.errors import ImpossibleEvidenceError, LogError
+
+
+@dataclass(frozen=True, eq=False)
+class GoalEvidence:
+    """The motion of one agent over many rows, end to end; a row is a stretch over which the goals stay put.
+
+    Parameters
+    ----------
+    time : (sample,) float64
+        Seconds, increasing within a row.
+    position : (sample, space) float64
+        Position (m, or the log's unit); NaN exactly where `observed` is false.
+    goals : (row, goal, space) float64
+        Positions of the goals; anything where a goal is not `present`.
+    row_size : (row,) int64
+        Samples of each row, at least one.
+    goal_labels : tuple of str
+        Names of the goals.
+    observed : (sample,) bool, optional
+        False where the tracker lost the agent; default: always seen.
+    present : (row, goal) bool, optional
+        False where a goal does not exist in a row; default: all exist.
+    velocity, control : (sample, space) float64, optional
+        As logged: the control at a sample is the one applied from that sample on.
+    control_order : {1, 2, None}
+        What the control is: a velocity (1), an acceleration (2), or something else (None). A model uses a logged control
+        only where it is the control of its own dynamics.
+    continues : (row,) bool, optional
+        True where a row goes on in the trial of the row before it.
+    row_names : tuple of str, optional
+        How errors name a row (its trial); default ``row 0``, ``row 1``, ...
+    time_step : float, optional
+        Nominal seconds between samples, where it is known; default: the median.
+
+    Raises
+    ------
+    LogError
+        Where sizes disagree, time does not increase, or values are not finite; the message names row and sample.
+
+    Examples
+    --------
+    >>> evidence = GoalEvidence(
+    ...     time=np.arange(3) * 0.1, position=np.array([[0.0, 0.0], [0.1, 0.0], [0.2, 0.0]]),
+    ...     goals=np.array([[[1.0, 0.0], [0.0, 1.0]]]), row_size=np.array([3]), goal_labels=("cup", "bowl"),
+    ... )
+    >>> evidence.samples, evidence.rows, round(evidence.dt, 3)
+    (3, 1, 0.1)
+    """
+
+    time: Float[np.ndarray, " sample"]
+    position: Float[np.ndarray, "sample space"]
+    goals: Float[np.ndarray, "row goal space"]
+    row_size: Int[np.ndarray, " row"]
+    goal_labels: tuple[str, ...]
+    observed: Bool[np.ndarray, " sample"] | None = None
+    present: Bool[np.ndarray, "row goal"] | None = None
+    velocity: Float[np.ndarray, "sample space"] | None = None
+    control: Float[np.ndarray, "sample control"] | None = None
+    control_order: int | None = 2
+    continues: Bool[np.ndarray, " row"] | None = None
+    row_names: tuple[str, ...] | None = None
+    time_step: float | None = None
+
+    def __post_init__(self) -> None:
+        samples, rows = len(self.time), len(self.row_size)
+        if self.position.ndim != 2 or len(self.position) != samples:
+            raise LogError(f"position has shape {self.position.shape}; expected ({samples}, space), one row a sample")
+        if self.goals.shape != (rows, len(self.goal_labels), self.position.shape[1]):
+            raise LogError(
+                f"goals have shape {self.goals.shape}; expected (rows, goals, space) = "
+                f"({rows}, {len(self.goal_labels)}, {self.position.shape[1]})"
+            )
+        if rows == 0 or self.row_size.min() < 1 or int(self.row_size.sum()) != samples:
+            raise LogError(
+                f"row_size must hold positive sizes that sum to the {samples} samples; got {rows} rows summing to "
+                f"{int(self.row_size.sum())}"
+            )
+        for name, columns in (("velocity", self.position.shape[1]), ("control", None)):
+            array = getattr(self, name)
+            if array is not None and (array.ndim != 2 or len(array) != samples or columns not in (None, array.shape[1])):
+                raise LogError(f"{name} has shape {array.shape}; expected ({samples}, {columns or 'controls'})")
+        self._check_values()
+
+    def _check_values(self) -> None:
+        gaps = np.diff(self.time)
+        bad = gaps <= 0
+        bad[self.row_start[1:] - 1] = False
+        if not np.isfinite(self.time).all() or bad.any():
+            sample = int(np.argmax(~np.isfinite(self.time))) if not np.isfinite(self.time).all() else int(np.argmax(bad)) + 1
+            raise LogError(f"{self.describe_sample(sample)}: time must be finite and increase within a trial")
+        seen = np.isfinite(self.position).all(axis=1)
+        wrong = ~seen if self.observed is None else self.observed & ~seen
+        if wrong.any():
+            raise LogError(
+                f"{self.describe_sample(int(np.argmax(wrong)))}: position is not finite there; mark dropouts as not observed"
+            )
+        finite = np.isfinite(self.goals).all(axis=2)
+        lost = ~finite if self.present is None else self.present & ~finite
+        if lost.any():
+            row, goal = (int(i) for i in np.argwhere(lost)[0])
+            raise LogError(f"{self.row_name(row)}: goal {self.goal_labels[goal]!r} has no finite position; mark it as absent")
+        if self.present is not None and not self.present.any(axis=1).all():
+            row = int(np.argmin(self.present.any(axis=1)))
+            raise ImpossibleEvidenceError(f"{self.row_name(row)}: no goal is present, so there is nothing to infer")
+
+    @property
+    def samples(self) -> int:
+        """Number of samples over all rows."""
+        return len(self.time)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.row_size)
+
+    @cached_property
+    def row_start(self) -> Int[np.ndarray, " row"]:
+        """Flat index of the first sample of each row."""
+        return np.concatenate([[0], np.cumsum(self.row_size)[:-1]]).astype(np.int64)
+
+    @cached_property
+    def row_of_sample(self) -> Int[np.ndarray, " sample"]:
+        """Row of each sample."""
+        return np.repeat(np.arange(self.rows), self.row_size)
+
+    @cached_property
+    def dt(self) -> float:
+        """Nominal time between samples in s: `time_step`, or the median within rows (nan without two samples)."""
+        if self.time_step is not None:
+            return self.time_step
+        inside = np.ones(max(self.samples - 1, 0), dtype=bool)
+        inside[self.row_start[1:] - 1] = False
+        gaps = np.diff(self.time)[inside]
+        return float(np.median(gaps)) if len(gaps) else float("nan")
+
+    @cached_property
+    def seen(self) -> Bool[np.ndarray, " sample"]:
+        """`observed`, spelled out."""
+        return np.ones(self.samples, dtype=bool) if self.observed is None else self.observed
+
+    @cached_property
+    def goal_present(self) -> Bool[np.ndarray, "row goal"]:
+        """`present`, spelled out."""
+        return np.ones(self.goals.shape[:2], dtype=bool) if self.present is None else self.present
+
+    @property
+    def sample_axis(self) -> Axis:
+        """The batch axis of every answer about this evidence."""
+        return Axis("sample", self.samples)
+
+    @property
+    def goal_axis(self) -> Axis:
+        """The hypotheses."""
+        return Axis("goal", self.goal_labels)
+
+    def row_name(self, row: int) -> str:
+        """Return how errors name a row."""
+        return f"row {row}" if self.row_names is None else self.row_names[row]
+
+    def describe_sample(self, sample: int) -> str:
+        """Return how errors name a flat sample index: its row and its place there."""
+        row = int(np.searchsorted(self.row_start, sample, side="right")) - 1
+        return f"{self.row_name(row)}, sample {sample - int(self.row_start[row])}"
+
+    def take_rows(self, rows: Int[np.ndarray, " taken"]) -> GoalEvidence:
+        """Return the evidence of some rows, in the order given; none of them continues another."""
+        starts, sizes = self.row_start[rows], self.row_size[rows]
+        offsets = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+        index = np.arange(int(sizes.sum())) - np.repeat(offsets - starts, sizes)
+        return replace(
+            self,
+            time=self.time[index],
+            position=self.position[index],
+            goals=self.goals[rows],
+            row_size=sizes,
+            observed=None if self.observed is None else self.observed[index],
+            present=None if self.present is None else self.present[rows],
+            velocity=None if self.velocity is None else self.velocity[index],
+            control=None if self.control is None else self.control[index],
+            continues=None,
+            row_names=tuple(self.row_name(int(row)) for row in rows),
+        )
+
+    def likelihood_factor(self, log_values: Float[np.ndarray, "sample goal"]) -> Factor:
+        """Return log likelihoods as a Factor over (sample, goal): 0 at dropouts, -inf where a goal is absent.
+
+        Raises
+        ------
+        FactorError
+            Where a value is NaN or +inf.
+        """
+        if not self.seen.all():
+            log_values = np.where(self.seen[:, None], log_values, 0.0)
+        if not self.goal_present.all():
+            log_values = np.where(self.goal_present[self.row_of_sample], log_values, -np.inf)
+        return Factor((self.sample_axis, self.goal_axis), log_values)

@@ -1,0 +1,186 @@
+"""What a model of goals is: a likelihood over goals and its generative twin."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from typing import ClassVar, Protocol
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from ppinfer.distributions import Factor
+from ppinfer.errors import ModelError
+from ppinfer.goals.evidence import GoalEvidence
+
+
+@dataclass(frozen=True, eq=False)
+class GoalDesign:
+    """What to simulate: where each row starts, its goals, and the goal that is pursued.
+
+    Parameters
+    ----------
+    start : (row, space) float64
+        Position of the agent at the first sample of each row.
+    goals : (row, goal, space) float64
+        Positions of the goals.
+    true_goal : (row,) int64
+        Index of the goal pursued.
+    row_size : (row,) int64
+        Samples of each row.
+    dt : float
+        Seconds between samples.
+
+    Examples
+    --------
+    >>> design = GoalDesign.random(np.random.default_rng(0), rows=4, goals=3, samples=20, dt=0.1)
+    >>> design.goals.shape
+    (4, 3, 2)
+    """
+
+    start: Float[np.ndarray, "row space"]
+    goals: Float[np.ndarray, "row goal space"]
+    true_goal: Int[np.ndarray, " row"]
+    row_size: Int[np.ndarray, " row"]
+    dt: float = 0.1
+
+    @classmethod
+    def random(
+        cls,
+        rng: np.random.Generator,
+        *,
+        rows: int,
+        goals: int = 3,
+        samples: int = 40,
+        dt: float = 0.1,
+        extent: float = 10.0,
+        space: int = 2,
+    ) -> GoalDesign:
+        """Draw starts and goals uniformly from a box of half-width `extent`, and the goal pursued uniformly."""
+        return cls(
+            start=rng.uniform(-extent, extent, (rows, space)),
+            goals=rng.uniform(-extent, extent, (rows, goals, space)),
+            true_goal=rng.integers(goals, size=rows),
+            row_size=np.full(rows, samples, dtype=np.int64),
+            dt=dt,
+        )
+
+    @property
+    def time(self) -> Float[np.ndarray, " sample"]:
+        """Seconds since the start of the row, for every sample."""
+        starts = np.repeat(np.cumsum(self.row_size) - self.row_size, self.row_size)
+        return (np.arange(int(self.row_size.sum())) - starts) * self.dt
+
+    @property
+    def pursued(self) -> Float[np.ndarray, "row space"]:
+        """Position of the goal pursued in each row."""
+        return self.goals[np.arange(len(self.goals)), self.true_goal]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """Labels of the goals: their numbers."""
+        return tuple(str(goal) for goal in range(self.goals.shape[1]))
+
+
+@dataclass(frozen=True, eq=False)
+class Observation:
+    """One instant of one agent, as a robot would see it at control rate.
+
+    Parameters
+    ----------
+    time : float
+        Seconds.
+    position : (space,) float64 or None
+        None where the tracker lost the agent.
+    velocity, control : (space,) float64, optional
+        Where they are known; all or none of a row's observations carry them.
+    """
+
+    time: float
+    position: Float[np.ndarray, " space"] | None
+    velocity: Float[np.ndarray, " space"] | None = None
+    control: Float[np.ndarray, " control"] | None = None
+    control_order: int | None = 2
+
+
+class OnlineLikelihood(Protocol):
+    """The likelihood of one observation after another, within one row."""
+
+    def restart(self, goals: Float[np.ndarray, "goal space"], present: Bool[np.ndarray, " goal"]) -> None:
+        """Begin a row with these goals."""
+
+    def step(self, observation: Observation) -> Float[np.ndarray, " goal"]:
+        """Return the log likelihood of this observation under every goal; -inf where a goal is absent."""
+
+
+@dataclass(frozen=True, eq=False)
+class Assessment:
+    """What a model makes of the evidence: its likelihood, and what a reader should know of how it came about."""
+
+    log_likelihood: Factor
+    state_source: str
+    outliers: Bool[np.ndarray, " sample"] | None = field(default=None)
+
+
+class GoalModel(ABC):
+    """A likelihood over goals with its generative twin; subclasses are small frozen dataclasses of parameters.
+
+    A subclass defines `log_likelihood` and `simulate`. It may define a field ``stay`` (the probability per sample that
+    the goal stays what it is; 1 by default), set ``memoryless`` (each sample is judged by itself), say how many samples
+    it needs to look at (``window``), and replace `online` by something faster.
+    `ppinfer.testing.check_likelihood` holds a subclass to the laws.
+
+    Examples
+    --------
+    A model of one's own: whoever is nearer to a goal is heading there.
+
+    >>> from dataclasses import dataclass
+    >>> from ppinfer.goals import GoalModel
+    >>> @dataclass(frozen=True)
+    ... class Inverse(GoalModel):
+    ...     memoryless = True
+    ...     def log_likelihood(self, evidence):
+    ...         goals = evidence.goals[evidence.row_of_sample]
+    ...         distance = np.linalg.norm(evidence.position[:, None] - goals, axis=-1)
+    ...         return evidence.likelihood_factor(-np.log(1.0 + distance))
+    ...     def simulate(self, design, rng):
+    ...         raise NotImplementedError
+    """
+
+    name: ClassVar[str] = "custom"
+    memoryless: ClassVar[bool] = False
+    window: ClassVar[int] = 3
+    stay: float = 1.0
+
+    @abstractmethod
+    def log_likelihood(self, evidence: GoalEvidence) -> Factor:
+        """Return the log likelihood of every sample under every goal, a Factor over (sample, goal).
+
+        Samples that tell nothing (dropouts, the first of a row) hold zeros; absent goals hold -inf.
+        """
+
+    @abstractmethod
+    def simulate(self, design: GoalDesign, rng: np.random.Generator) -> GoalEvidence:
+        """Return evidence drawn from the model for the goals pursued in `design`."""
+
+    def assess(self, evidence: GoalEvidence) -> Assessment:
+        """Return the likelihood together with how the states behind it were obtained."""
+        return Assessment(self.log_likelihood(evidence), "positions")
+
+    def online(self, dt: float) -> OnlineLikelihood:
+        """Return the same likelihood for one observation at a time; `dt` is the nominal time step in s."""
+        from ppinfer.goals.online import WindowedLikelihood
+
+        return WindowedLikelihood(self, dt)
+
+
+def require_range(name: str, value: float, low: float, high: float, *, open_low: bool = False) -> None:
+    """Raise ModelError unless `value` lies in [low, high], or in (low, high] with `open_low`.
+
+    Examples
+    --------
+    >>> require_range("stay", 0.98, 0.0, 1.0)
+    """
+    if not (low < value if open_low else low <= value) or not value <= high:
+        bracket = "(" if open_low else "["
+        raise ModelError(f"{name} must lie in {bracket}{low:g}, {high:g}]; got {value!r}")

@@ -1,0 +1,199 @@
+"""The belief a robot holds at control rate: one observation in, one distribution over goals out."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ppinfer.distributions import Axis, Distribution
+from ppinfer.errors import ImpossibleEvidenceError, LogError
+from ppinfer.goals.evidence import GoalEvidence
+from ppinfer.goals.model import Observation
+from ppinfer.goals.switching import row_transitions
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ppinfer.goals.model import GoalModel
+
+
+class OnlineGoalBelief:
+    """A belief over one agent's goals, updated as it moves; equal at every step to the offline filter.
+
+    Parameters
+    ----------
+    model : GoalModel
+        The likelihood; its ``stay`` says how goals change.
+    dt : float
+        Nominal seconds between observations.
+    labels : sequence of str
+        Names of the goals.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR
+    >>> belief = OnlineGoalBelief(GoalLQR(rationality=1.0), dt=0.1, labels=["cup", "bowl"])
+    >>> _ = belief.restart(np.array([[1.0, 0.0], [0.0, 1.0]]))
+    >>> for step in range(4):
+    ...     distribution = belief.observe(0.1 * step, np.array([0.1 * step, 0.0]))
+    >>> distribution.mode()["goal"]
+    'cup'
+    """
+
+    def __init__(self, model: GoalModel, *, dt: float, labels: Sequence[str]) -> None:
+        self._model = model
+        self._likelihood = model.online(dt)
+        self._axes = (Axis("goal", labels),)
+        self._log_belief: Float[np.ndarray, " goal"] | None = None
+        self._transition: Float[np.ndarray, "goal goal"] | None = None
+        self._predict_first = False
+        self._fresh = True
+        self._last_time = -np.inf
+
+    def restart(
+        self,
+        goals: Float[np.ndarray, "goal space"],
+        *,
+        present: Bool[np.ndarray, " goal"] | None = None,
+        prior: Float[np.ndarray, " goal"] | None = None,
+        carry: bool = False,
+    ) -> Distribution:
+        """Begin a row: new goals, and the belief from its prior or carried over goal by goal.
+
+        Parameters
+        ----------
+        goals : (goal, space) float64
+            Positions of the goals, one for each label.
+        present : (goal,) bool, optional
+            Goals that exist; default all.
+        prior : (goal,) float64, optional
+            Probabilities to start from; default even over the goals present.
+        carry : bool
+            Start from the last belief, moved on by one step of the goals' transition, instead of from a prior.
+
+        Raises
+        ------
+        LogError
+            Where the goals do not match the labels or are not finite.
+        """
+        count = len(self._axes[0])
+        goals = np.asarray(goals, dtype=np.float64)
+        there = np.ones(count, dtype=bool) if present is None else np.asarray(present, dtype=bool)
+        if goals.ndim != 2 or len(goals) != count or there.shape != (count,):
+            raise LogError(f"goals of shape {goals.shape} do not match the {count} labels {list(self._axes[0].labels)}")
+        if not np.isfinite(goals[there]).all() or not there.any():
+            raise LogError("at least one goal must be present, and every goal that is must have a finite position")
+        weights = there / there.sum() if prior is None else np.where(there, prior, 0.0)
+        with np.errstate(divide="ignore"):
+            log_prior = np.log(weights / weights.sum())
+        self._transition = None
+        if carry or self._model.memoryless or self._model.stay != 1.0:
+            log_transition, _ = row_transitions(
+                log_prior[None], there[None], self._model.stay, memoryless=self._model.memoryless
+            )
+            self._transition = np.exp(log_transition[0])
+        self._predict_first = carry and self._log_belief is not None
+        if not self._predict_first:
+            self._log_belief = log_prior
+        self._fresh = True
+        self._last_time = -np.inf
+        self._likelihood.restart(goals, there)
+        assert self._log_belief is not None
+        return Distribution._sound(self._axes, self._log_belief, ("random",))
+
+    def observe(
+        self,
+        time: float,
+        position: Float[np.ndarray, " space"] | None,
+        *,
+        velocity: Float[np.ndarray, " space"] | None = None,
+        control: Float[np.ndarray, " control"] | None = None,
+        control_order: int | None = 2,
+    ) -> Distribution:
+        """Return the belief after one more observation; ``position=None`` is a dropout.
+
+        Parameters
+        ----------
+        time : float
+            Seconds, later than the last observation of the row.
+        position, velocity, control : (space,) float64, optional
+            What was seen; `control_order` is 1 where the control is a velocity, 2 where it is an acceleration.
+
+        Raises
+        ------
+        LogError
+            Where no row was begun, time does not increase, or a value is not finite.
+        ImpossibleEvidenceError
+            Where every goal is ruled out.
+        """
+        if self._log_belief is None:
+            raise LogError("no goals yet: call restart(goals) before the first observation")
+        if not time > self._last_time:
+            raise LogError(f"time must increase within a row; got {time!r} after {self._last_time!r}")
+        for name, value in (("position", position), ("velocity", velocity), ("control", control)):
+            if value is not None and not np.isfinite(value).all():
+                raise LogError(f"{name} at time {time!r} is not finite; pass position=None for a dropout")
+        self._last_time = time
+        log_likelihood = self._likelihood.step(Observation(time, position, velocity, control, control_order))
+        log_belief = self._log_belief
+        if self._transition is not None and (not self._fresh or self._predict_first):
+            log_belief = self._predicted(log_belief)
+        log_belief = log_belief + log_likelihood
+        log_total = np.logaddexp.reduce(log_belief)
+        if log_total == -np.inf:
+            raise ImpossibleEvidenceError(f"every goal is ruled out at time {time!r}")
+        self._log_belief = log_belief - log_total
+        self._fresh = False
+        return Distribution._sound(self._axes, self._log_belief, ("random",))
+
+    def _predicted(self, log_belief: Float[np.ndarray, " goal"]) -> Float[np.ndarray, " goal"]:
+        assert self._transition is not None
+        largest = log_belief.max()
+        with np.errstate(divide="ignore"):
+            predicted: np.ndarray = np.log(np.exp(log_belief - largest) @ self._transition) + largest
+        return predicted
+
+
+class WindowedLikelihood:
+    """Any model's likelihood one observation at a time, by handing it the last few observations of the row."""
+
+    def __init__(self, model: GoalModel, dt: float) -> None:
+        self._model = model
+        self._dt = dt
+        self._recent: deque[Observation] = deque(maxlen=max(1, model.window))
+        self._goals = np.zeros((0, 2))
+        self._present = np.zeros(0, dtype=bool)
+
+    def restart(self, goals: Float[np.ndarray, "goal space"], present: Bool[np.ndarray, " goal"]) -> None:
+        """Begin a row with these goals."""
+        self._recent.clear()
+        self._goals, self._present = goals, present
+
+    def step(self, observation: Observation) -> Float[np.ndarray, " goal"]:
+        """Return the log likelihood of this observation under every goal."""
+        if observation.position is None:
+            return np.where(self._present, 0.0, -np.inf)
+        self._recent.append(observation)
+        window = list(self._recent)
+        evidence = GoalEvidence(
+            time=np.array([seen.time for seen in window]),
+            position=np.array([seen.position for seen in window], dtype=np.float64),
+            goals=self._goals[None],
+            row_size=np.array([len(window)]),
+            goal_labels=tuple(str(goal) for goal in range(len(self._goals))),
+            present=self._present[None],
+            velocity=_stacked([seen.velocity for seen in window]),
+            control=_stacked([seen.control for seen in window]),
+            control_order=observation.control_order,
+            time_step=self._dt,
+        )
+        latest: np.ndarray = self._model.log_likelihood(evidence).log_values[-1]
+        return latest
+
+
+def _stacked(values: list[Float[np.ndarray, " m"] | None]) -> Float[np.ndarray, "window m"] | None:
+    known = [value for value in values if value is not None]
+    return np.array(known, dtype=np.float64) if len(known) == len(values) else None

@@ -1,0 +1,23 @@
+"""The algebra: axes, factors, distributions, ragged rows, and filtering and smoothing over time.
+
+Everything is a non-negative function over a few named, labelled, finite axes. This package knows no game,
+robot or file. Compiled kernels are imported when they are first used.
+"""
+
+from ppinfer.distributions.axis import Axis, Label
+from ppinfer.distributions.distribution import Distribution
+from ppinfer.distributions.factor import Factor
+from ppinfer.distributions.filtering import filter_states, forward_filter, smooth, smooth_states
+from ppinfer.distributions.ragged import Ragged
+
+__all__ = [
+    "Axis",
+    "Distribution",
+    "Factor",
+    "Label",
+    "Ragged",
+    "filter_states",
+    "forward_filter",
+    "smooth",
+    "smooth_states",
+]

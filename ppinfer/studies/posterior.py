@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Literal, cast
 
@@ -12,15 +11,17 @@ import xarray as xr
 from jaxtyping import Int, Shaped
 
 from ppinfer.errors import LogError
+from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.posterior_layout import (
     POSTERIOR_FORMAT,
     POSTERIOR_FORMAT_VERSION,
+    READ_OPTIONS,
     STRING,
-    ContentDigest,
     posterior_variables,
     segment_faults,
 )
 from ppinfer.studies.posterior_writer import PosteriorWriter
+from ppinfer.studies.schema import DIGEST_ATTR
 
 __all__ = [
     "PosteriorWriter",
@@ -75,14 +76,7 @@ def open_posterior(path: str | os.PathLike[str], *, load: bool = False, verify: 
             f"{where}: is a directory; a posterior is one NetCDF file, as 'ppinfer infer' writes it"
         )
     try:
-        dataset = xr.open_dataset(
-            where,
-            engine="h5netcdf",
-            decode_times=False,
-            mask_and_scale=False,
-            decode_coords=False,
-            cache=False,
-        )
+        dataset = xr.open_dataset(where, engine="h5netcdf", **READ_OPTIONS)
     except Exception as error:
         raise LogError(
             f"{where}: cannot be read as NetCDF4 ({_brief(error)}); a posterior file, as 'ppinfer infer' "
@@ -178,11 +172,6 @@ def verify_posterior(dataset: xr.Dataset, *, name: str = "posterior") -> None:
     """
     from scipy.special import logsumexp
 
-    digest = ContentDigest()
-    for variable in dataset.variables:
-        array = dataset[variable]
-        for block in _blocks(array):
-            digest.update(str(variable), block)
     for start in range(0, dataset.sizes["sample"], _BLOCK_SAMPLES):
         logs = dataset["log_posterior"][start : start + _BLOCK_SAMPLES].values
         # NaN compares false, so it is caught as well
@@ -193,15 +182,11 @@ def verify_posterior(dataset: xr.Dataset, *, name: str = "posterior") -> None:
                 f"{name}: log_posterior of sample {start + row} is {logs[row].tolist()}; probabilities that "
                 "sum to one are expected"
             )
-    held = dataset.attrs.get("content_sha256")
-    found = digest.hexdigest(
-        {str(key): [str(dim) for dim in value.dims] for key, value in dataset.variables.items()},
-        {str(key): value.shape for key, value in dataset.variables.items()},
-        {str(key): value for key, value in dataset.attrs.items()},
-    )
+    held = dataset.attrs.get(DIGEST_ATTR)
+    found = content_digest(dataset)
     if held is not None and held != found:
         raise LogError(
-            f"{name}: its content does not match its digest (content_sha256 {str(held)[:12]}... against "
+            f"{name}: its content does not match its digest ({DIGEST_ATTR} {str(held)[:12]}... against "
             f"{found[:12]}...); it was changed or damaged after it was written"
         )
 
@@ -223,7 +208,7 @@ def write_posterior(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     """
     check_posterior(dataset)
     where = cast(Literal["trial", "sample"], str(dataset["goal_position"].dims[0]))
-    reserved = {"content_sha256", "ppinfer_format", "ppinfer_format_version", "Conventions", "featureType"}
+    reserved = {DIGEST_ATTR, "ppinfer_format", "ppinfer_format_version", "Conventions", "featureType"}
     with PosteriorWriter(
         path,
         n_samples=dataset.sizes["sample"],
@@ -304,14 +289,6 @@ def rows(
         wanted = index[members] - start
         out[members] = variable[start : start + int(wanted.max()) + 1].values[wanted]
     return out
-
-
-def _blocks(array: xr.DataArray) -> Iterator[Shaped[np.ndarray, "*shape"]]:
-    if array.ndim == 0 or array.shape[0] == 0:
-        yield array.values
-        return
-    for start in range(0, array.shape[0], _BLOCK_SAMPLES):
-        yield array[start : start + _BLOCK_SAMPLES].values
 
 
 def _structure_faults(dataset: xr.Dataset) -> list[str]:

@@ -1,10 +1,10 @@
-"""What a posterior file holds: its variables, their dimensions and types, and the digest of its content."""
+"""What a posterior file holds: its variables, their dimensions and types, and which segments are sound."""
 
 from __future__ import annotations
 
-import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Int, Shaped
@@ -12,6 +12,14 @@ from jaxtyping import Int, Shaped
 POSTERIOR_FORMAT = "posterior"
 POSTERIOR_FORMAT_VERSION = 1
 STRING = "str"
+
+READ_OPTIONS: dict[str, Any] = {
+    "decode_times": False,
+    "mask_and_scale": False,
+    "decode_coords": False,
+    "cache": False,
+}
+"""How xarray opens a posterior: values as they are stored, read when used, never kept."""
 
 AttrValue = str | int | float
 
@@ -141,60 +149,3 @@ def segment_faults(
     if unknown:
         faults.append(f"true_goal {unknown[0]!r} is not among the goals {list(goals)}")
     return faults
-
-
-class ContentDigest:
-    """SHA-256 of a posterior, taken block by block while it is written or read.
-
-    Each variable has a running digest of its bytes in row order; the whole is the digest of all variables'
-    names, dimensions, types, shapes and digests, and of all attributes but the digest itself.
-
-    Examples
-    --------
-    >>> digest = ContentDigest()
-    >>> digest.update("time", np.array([0.0, 0.1]))
-    >>> whole = digest.hexdigest({"time": ("sample",)}, {"time": (2,)}, {"agent": "human"})
-    >>> len(whole)
-    64
-    """
-
-    def __init__(self) -> None:
-        self._running: dict[str, tuple[str, hashlib._Hash]] = {}
-
-    def update(self, name: str, values: Shaped[np.ndarray, "*shape"]) -> None:
-        """Add the next block of a variable's rows."""
-        kind = STRING if values.dtype.kind in "OUTS" else values.dtype.newbyteorder("<").str
-        held, running = self._running.setdefault(name, (kind, hashlib.sha256()))
-        if held != kind:
-            raise TypeError(f"variable {name!r}: a block of type {kind} after blocks of type {held}")
-        if kind == STRING:
-            encoded = [str(value).encode() for value in values.ravel().tolist()]
-            running.update(np.array([len(text) for text in encoded], "<i8").tobytes())
-            running.update(b"".join(encoded))
-        else:
-            running.update(np.ascontiguousarray(values, dtype=kind).data)
-
-    def hexdigest(
-        self,
-        dims: Mapping[str, Iterable[str]],
-        shapes: Mapping[str, Iterable[int]],
-        attrs: Mapping[str, object],
-    ) -> str:
-        """Return the digest of the whole, given the variables' dimensions and shapes and the attributes."""
-        whole = hashlib.sha256()
-        for name in sorted(self._running):
-            kind, running = self._running[name]
-            shape = "x".join(str(int(size)) for size in shapes[name])
-            whole.update(f"{name}|{','.join(dims[name])}|{kind}|{shape}|{running.hexdigest()}\n".encode())
-        for name in sorted(attrs):
-            if name != "content_sha256":
-                whole.update(f"{name}={_plain_text(attrs[name])}\n".encode())
-        return whole.hexdigest()
-
-
-def _plain_text(value: object) -> str:
-    # a file gives back 5 as int64(5) or array([5]); all of these must have one text
-    if isinstance(value, str | bytes):
-        return f"str:{value if isinstance(value, str) else value.decode()}"
-    array = np.asarray(value)
-    return f"{array.dtype.kind}:{array.ravel().tolist()}"

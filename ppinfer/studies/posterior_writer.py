@@ -11,18 +11,21 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Float, Int, Shaped
 
 from ppinfer.errors import LogError
+from ppinfer.studies.checksums import ContentDigest
 from ppinfer.studies.posterior_layout import (
     POSTERIOR_FORMAT,
     POSTERIOR_FORMAT_VERSION,
+    READ_OPTIONS,
     STRING,
     AttrValue,
-    ContentDigest,
     posterior_variables,
     segment_faults,
 )
+from ppinfer.studies.schema import DIGEST_ATTR
 
 if TYPE_CHECKING:
     import h5netcdf
@@ -112,7 +115,6 @@ class PosteriorWriter:
         self._labels = {"goal": list(goals), "space": list(space)}
         self._has_outliers = has_outliers
         self._digest = ContentDigest()
-        self._shapes: dict[str, tuple[int, ...]] = {}
         self._next_sample = 0
         self._row_size: Int[np.ndarray, " trial"] | None = None
         self._temporary = self.path.with_name(f".{self.path.name}.{secrets.token_hex(6)}.part")
@@ -290,7 +292,6 @@ class PosteriorWriter:
 
         spec = self._specs[name]
         shape = tuple(self._sizes[dim] for dim in spec.dims)
-        self._shapes[name] = shape
         storage: dict[str, object] = {}
         dtype: object = h5py.string_dtype()
         if spec.dtype != STRING:
@@ -346,13 +347,21 @@ class PosteriorWriter:
         faults = segment_faults(self._row_size, *self._segments, goals=self._labels["goal"])
         if faults:
             raise LogError(f"{self.path}: {faults[0]}")
-        dims = {name: self._specs[name].dims for name in self._shapes}
-        self._attrs["content_sha256"] = self._digest.hexdigest(dims, self._shapes, self._attrs)
         for name, value in self._attrs.items():
             self._file.attrs[name] = value
         self._file.close()
         self._open = None
+        self._sign()
         os.replace(self._temporary, self.path)
+
+    def _sign(self) -> None:
+        import h5netcdf
+
+        # the running digests hold the samples; names, types and attributes are as a reader will see them
+        with xr.open_dataset(self._temporary, engine="h5netcdf", **READ_OPTIONS) as written:
+            signature = self._digest.hexdigest(written)
+        with h5netcdf.File(self._temporary, "a") as file:
+            file.attrs[DIGEST_ATTR] = signature
 
     def _discard(self) -> None:
         if self._open is not None:

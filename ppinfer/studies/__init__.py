@@ -1,0 +1,34 @@
+"""Study logs: reading, checking, writing, recording; and what is computed offline over whole studies."""
+
+from ppinfer.studies.assembling import build_log
+from ppinfer.studies.blocks import iter_blocks
+from ppinfer.studies.checksums import content_digest, file_sha256
+from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
+from ppinfer.studies.readers import READERS, read_study
+from ppinfer.studies.readers.eth import read_eth
+from ppinfer.studies.readers.reaching_study import read_reaching_study
+from ppinfer.studies.storage import open_log, read_log, write_log
+from ppinfer.studies.trials import Segment, Trial, log_of_trials
+from ppinfer.studies.validation import validate_log
+
+__all__ = [
+    "READERS",
+    "Fault",
+    "Faults",
+    "FaultyLogError",
+    "Report",
+    "Segment",
+    "Trial",
+    "build_log",
+    "content_digest",
+    "file_sha256",
+    "iter_blocks",
+    "log_of_trials",
+    "open_log",
+    "read_eth",
+    "read_log",
+    "read_reaching_study",
+    "read_study",
+    "validate_log",
+    "write_log",
+]

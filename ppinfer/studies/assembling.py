@@ -1,0 +1,283 @@
+"""The one constructor of study logs: flat arrays in, a checked `xarray.Dataset` out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float, Int, Shaped
+
+from ppinfer.errors import LogError
+from ppinfer.studies.schema import FORMAT, FORMAT_VERSION, VARIABLES
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+Attr = str | int | float
+
+
+def build_log(
+    *,
+    agents: Sequence[str],
+    row_size: Sequence[int] | Int[np.ndarray, " trial"],
+    time: Float[np.ndarray, " sample"] | Sequence[float],
+    position: Float[np.ndarray, "sample agent space"],
+    trial_id: Sequence[str] | None = None,
+    participant: Sequence[str] | None = None,
+    space: Sequence[str] = ("x", "y"),
+    goals: Sequence[str] = (),
+    observed: Shaped[np.ndarray, "sample agent"] | None = None,
+    velocity: Float[np.ndarray, "sample agent space"] | None = None,
+    has_velocity: Sequence[bool] | None = None,
+    control: Float[np.ndarray, "sample agent space"] | None = None,
+    has_control: Sequence[bool] | None = None,
+    goal_position: Float[np.ndarray, "... goal space"] | None = None,
+    goal_present: Shaped[np.ndarray, "... goal"] | None = None,
+    condition: Sequence[str] | None = None,
+    round: Sequence[int] | Int[np.ndarray, " trial"] | None = None,
+    seed: Sequence[int] | Int[np.ndarray, " trial"] | None = None,
+    outcome: Sequence[str] | None = None,
+    controller: Sequence[Sequence[str]] | Mapping[str, str] | None = None,
+    instruction: Sequence[Sequence[str]] | Mapping[str, str] | None = None,
+    segment_trial: Sequence[int] | Int[np.ndarray, " segment"] = (),
+    segment_agent: Sequence[str] = (),
+    segment_start: Sequence[int] | Int[np.ndarray, " segment"] = (),
+    segment_stop: Sequence[int] | Int[np.ndarray, " segment"] = (),
+    true_goal: Sequence[str] = (),
+    variables: Mapping[str, tuple[Any, ...]] | None = None,
+    position_units: str = "m",
+    title: str = "",
+    source: str = "",
+    configuration: Mapping[str, Any] | None = None,
+    attrs: Mapping[str, Attr] | None = None,
+) -> xr.Dataset:
+    """Assemble a study log from flat arrays, refusing those whose shapes do not fit together.
+
+    Shapes are checked here; what the numbers say (times that increase, positions without NaN, goals that are there)
+    is checked by `ppinfer.studies.validate_log`, which `ppinfer.studies.write_log` runs.
+
+    Parameters
+    ----------
+    agents, space, goals
+        Labels of the agents, of the coordinates and of the goals.
+    row_size
+        Samples of each trial; trials lie end to end along ``sample``.
+    time
+        Seconds, strictly increasing within a trial.
+    position
+        Where each agent is, in ``position_units``; NaN where it was not seen.
+    trial_id, participant
+        Names; by default trials are numbered, and each trial is a participant of its own.
+    observed
+        1 = seen, 0 = dropout; by default an agent is unseen where its whole position is NaN.
+    velocity, has_velocity, control, has_control
+        What was logged, in ``position_units`` a second (control: as the study defines it), and for which agents;
+        by default those with any number in them.
+    goal_position
+        Shape (goal, space) for goals common to the study, (trial, goal, space), or (sample, goal, space).
+    goal_present
+        The leading dimensions of ``goal_position``; by default a goal is absent where its position is NaN.
+    condition, round, seed, outcome
+        One value a trial.
+    controller, instruction
+        Shape (trial, agent), or a mapping from agent to the one value of the study.
+    segment_trial, segment_agent, segment_start, segment_stop, true_goal
+        Stretches of one agent's motion in trial ``segment_trial``, half-open sample indices within the trial, and
+        the goal that each led to (empty = unknown).
+    variables
+        Further variables by name: (dimensions, values) or (dimensions, values, attributes). Text along ``sample`` is
+        better coded as small integers with CF's ``flag_values`` and ``flag_meanings``.
+    position_units, title, source, configuration, attrs
+        Attributes of the log; ``configuration`` becomes JSON text.
+
+    Returns
+    -------
+    xarray.Dataset
+        The log; see ``docs/log-format.md``. Arrays of the right type are not copied.
+
+    Raises
+    ------
+    LogError
+        Naming the first array whose shape or type does not fit, and what was expected.
+
+    Examples
+    --------
+    >>> log = build_log(agents=["human"], row_size=[2, 1], time=[0.0, 0.1, 0.0], goals=["cup", "pan"],
+    ...                 position=np.zeros((3, 1, 2)), goal_position=np.array([[0.0, 1.0], [1.0, 0.0]]),
+    ...                 segment_trial=[0], segment_agent=["human"], segment_start=[0], segment_stop=[2],
+    ...                 true_goal=["cup"])
+    >>> dict(log.sizes)["sample"], log.goal_position.dims
+    (3, ('trial', 'goal', 'space'))
+    """
+    rows = _array("row_size", row_size, "int64", (None,))
+    n_trials, n_samples = rows.size, int(rows.sum())
+    sizes = {"trial": n_trials, "sample": n_samples, "agent": len(agents), "space": len(space), "goal": len(goals)}
+    sizes["segment"] = len(segment_trial)
+    positions = np.asarray(position, np.float64)
+
+    values: dict[str, Any] = {
+        "agent": agents,
+        "space": space,
+        "trial_id": [str(index) for index in range(n_trials)] if trial_id is None else trial_id,
+        "row_size": rows,
+        "participant": [f"participant-{index}" for index in range(n_trials)] if participant is None else participant,
+        "condition": condition,
+        "round": round,
+        "seed": seed,
+        "outcome": outcome,
+        "controller": _per_agent("controller", controller, agents, n_trials),
+        "instruction": _per_agent("instruction", instruction, agents, n_trials),
+        "time": time,
+        "position": positions,
+        "observed": observed if observed is not None else ~np.isnan(positions).all(axis=-1),
+        "segment_trial": segment_trial,
+        "segment_agent": segment_agent,
+        "segment_start": segment_start,
+        "segment_stop": segment_stop,
+        "true_goal": true_goal,
+    }
+    for name, moved, has in (("velocity", velocity, has_velocity), ("control", control, has_control)):
+        if moved is None:
+            if has is not None and any(has):
+                raise LogError(f"has_{name} says that {name} was logged, but no {name} is given")
+            continue
+        values[name] = np.asarray(moved, np.float64)
+        # an axis of another length is named below; here it must only not crash
+        logged = ~np.isnan(values[name]).all(axis=(0, 2)) if values[name].ndim == 3 else ()
+        values[f"has_{name}"] = logged if has is None else has
+
+    goal_dims: dict[str, tuple[str, ...]] = {}
+    if goals or goal_position is not None:
+        if goal_position is None:
+            raise LogError(f"goals {list(goals)} are named but goal_position is not given")
+        where, placed = _goal_positions(np.asarray(goal_position, np.float64), sizes)
+        present = ~np.isnan(placed).any(axis=-1) if goal_present is None else np.asarray(goal_present)
+        if present.ndim == 1:
+            present = np.broadcast_to(present, (n_trials, present.size))
+        values |= {"goal": goals, "goal_position": placed, "goal_present": present}
+        goal_dims = {"goal_position": (where, "goal", "space"), "goal_present": (where, "goal")}
+
+    data: dict[str, tuple[Any, ...]] = {}
+    for name, value in values.items():
+        if value is None:
+            continue
+        dims = goal_dims.get(name, VARIABLES[name].dims[0])
+        data[name] = (dims, _array(name, value, VARIABLES[name].kind, tuple(sizes[dim] for dim in dims)))
+    for name, (extra_dims, value, *described) in (variables or {}).items():
+        data[name] = (tuple(extra_dims), _study_variable(name, tuple(extra_dims), value, sizes), *described)
+
+    log = xr.Dataset(data)
+    log = log.set_coords([name for name in ("agent", "space", "goal") if name in log])
+    _describe(log, position_units)
+    log.attrs = _attributes(title, source, configuration, attrs)
+    return log
+
+
+def _attributes(
+    title: str, source: str, configuration: Mapping[str, Any] | None, attrs: Mapping[str, Attr] | None
+) -> dict[str, Attr]:
+    from importlib.metadata import version
+
+    told: dict[str, Attr] = {
+        "Conventions": "CF-1.11",
+        "featureType": "trajectory",
+        "ppinfer_format": FORMAT,
+        "ppinfer_format_version": FORMAT_VERSION,
+        "ppinfer_version": version("ppinfer"),
+        "configuration": json.dumps(dict(configuration or {}), sort_keys=True),
+    }
+    told |= {name: text for name, text in (("title", title), ("source", source)) if text}
+    return told | dict(attrs or {})
+
+
+def _describe(log: xr.Dataset, position_units: str) -> None:
+    for name, spec in VARIABLES.items():
+        if name in log.variables:
+            log[name].attrs["long_name"] = spec.meaning
+            if spec.units:
+                log[name].attrs["units"] = spec.units
+    log["row_size"].attrs["sample_dimension"] = "sample"
+    log["trial_id"].attrs["cf_role"] = "trajectory_id"
+    for name in ("position", "goal_position"):
+        if name in log.variables:
+            log[name].attrs["units"] = position_units
+    if "velocity" in log.variables:
+        log["velocity"].attrs["units"] = f"{position_units} s-1"
+
+
+def _array(name: str, value: ArrayLike, kind: str, shape: tuple[int | None, ...]) -> Shaped[np.ndarray, "..."]:
+    try:
+        array = _text(name, value) if kind == "str" else _number(name, value, kind)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise LogError(f"{name}: expected {kind} values: {error}") from error
+    expected = tuple("any" if size is None else size for size in shape)
+    if array.ndim != len(shape) or any(
+        want is not None and want != got for want, got in zip(shape, array.shape, strict=True)
+    ):
+        raise LogError(f"{name}: expected shape {expected}, got {array.shape}")
+    return array
+
+
+def _text(name: str, value: ArrayLike) -> Shaped[np.ndarray, "..."]:
+    array = np.asarray(value, dtype=object)
+    wrong = [item for item in array.ravel().tolist() if not isinstance(item, str)]
+    if wrong:
+        raise LogError(f"{name}: expected text, got {wrong[0]!r}")
+    return array
+
+
+def _number(name: str, value: ArrayLike, kind: str) -> Shaped[np.ndarray, "..."]:
+    array = np.asarray(value)
+    if array.size and array.dtype.kind not in "biuf":
+        raise LogError(f"{name}: expected {kind} values, got values of type {array.dtype}")
+    if kind != "float64" and array.dtype.kind == "f" and not np.array_equal(array, np.trunc(array)):
+        raise LogError(f"{name}: expected whole numbers, got fractions")
+    if array.size and kind == "int8" and (array.min() < 0 or array.max() > 1):
+        raise LogError(f"{name}: expected 0 or 1, got values from {array.min()} to {array.max()}")
+    return array.astype(kind, copy=False)
+
+
+def _goal_positions(
+    placed: Float[np.ndarray, "... goal space"], sizes: Mapping[str, int]
+) -> tuple[str, Float[np.ndarray, "... goal space"]]:
+    if placed.ndim == 2:
+        return "trial", np.broadcast_to(placed, (sizes["trial"], *placed.shape)).copy()
+    if placed.ndim == 3:
+        # with as many samples as trials the two mean the same
+        return ("trial" if placed.shape[0] == sizes["trial"] else "sample"), placed
+    raise LogError(
+        "goal_position: expected shape (goal, space), (trial, goal, space) or (sample, goal, space), "
+        f"got {placed.shape}"
+    )
+
+
+def _per_agent(
+    name: str, value: Sequence[Sequence[str]] | Mapping[str, str] | None, agents: Sequence[str], n_trials: int
+) -> object:
+    if not isinstance(value, Mapping):
+        return value
+    unknown = sorted(set(value) - set(agents))
+    if unknown:
+        raise LogError(f"{name}: unknown agents {unknown}; the agents are {list(agents)}")
+    return np.tile(np.array([value.get(agent, "") for agent in agents], dtype=object), (n_trials, 1))
+
+
+def _study_variable(
+    name: str, dims: tuple[str, ...], value: Any, sizes: Mapping[str, int]
+) -> Shaped[np.ndarray, "..."]:
+    if name in VARIABLES:
+        raise LogError(f"variables: {name!r} is a variable of the log's own; give it as {name}=")
+    array = np.asarray(value)
+    if array.dtype.kind in "OUT":
+        array = _text(name, array)
+    elif array.dtype.kind == "b":
+        array = array.astype(np.int8)
+    elif array.dtype.kind not in "iuf":
+        raise LogError(f"variables: {name!r} holds values of type {array.dtype}; numbers or text are expected")
+    expected = tuple(sizes.get(dim, size) for dim, size in zip(dims, array.shape, strict=False))
+    if array.ndim != len(dims) or array.shape != expected:
+        raise LogError(f"variables: {name!r} on {dims}: expected shape {expected}, got {array.shape}")
+    return array

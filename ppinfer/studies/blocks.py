@@ -1,0 +1,111 @@
+"""A log in blocks of whole trials, so that memory stays flat however long the study is."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Int
+
+from ppinfer.errors import LogError
+from ppinfer.studies.storage import open_log, told_as_log_error
+
+
+def iter_blocks(
+    source: xr.Dataset | str | os.PathLike[str],
+    *,
+    max_samples: int = 1_000_000,
+    variables: Sequence[str] | None = None,
+) -> Iterator[xr.Dataset]:
+    """Yield a log as loaded blocks of whole trials, in order.
+
+    Parameters
+    ----------
+    source
+        A log, or the path of one, which is opened and closed here.
+    max_samples
+        Most samples in a block; a trial that is longer is a block of its own.
+    variables
+        Which variables along ``sample`` to read; by default all. The others (on trials, goals, segments) always come.
+
+    Yields
+    ------
+    xarray.Dataset
+        Some whole trials in memory, with their segments: ``segment_trial`` counts within the block. The attributes
+        ``first_trial`` and ``first_sample`` say where the block begins in the log.
+
+    Raises
+    ------
+    LogError
+        If the log cannot be read, or its ``row_size`` does not fit its samples.
+
+    Examples
+    --------
+    >>> from ppinfer.studies import build_log
+    >>> log = build_log(agents=["human"], row_size=[2, 1, 1], time=[0.0, 0.1, 0.0, 0.0], position=np.zeros((4, 1, 2)))
+    >>> [block.row_size.values.tolist() for block in iter_blocks(log, max_samples=3)]
+    [[2, 1], [1]]
+    """
+    if max_samples < 1:
+        raise LogError(f"max_samples is {max_samples}; at least 1 is expected")
+    if isinstance(source, xr.Dataset):
+        yield from _blocks(source, max_samples, variables, Path("log"))
+        return
+    log = open_log(source)
+    try:
+        yield from _blocks(log, max_samples, variables, Path(source))
+    finally:
+        log.close()
+
+
+def block_edges(row_size: Int[np.ndarray, " trial"], max_samples: int) -> Int[np.ndarray, " edge"]:
+    """Return the indices of the trials at which blocks begin, and the number of trials at the end.
+
+    Examples
+    --------
+    >>> block_edges(np.array([2, 1, 9, 1]), 3).tolist()
+    [0, 2, 3, 4]
+    """
+    ends = np.cumsum(row_size)
+    edges = [0]
+    while edges[-1] < ends.size:
+        begin = edges[-1]
+        before = ends[begin - 1] if begin else 0
+        edges.append(max(begin + 1, int(np.searchsorted(ends, before + max_samples, side="right"))))
+    return np.array(edges)
+
+
+def _blocks(log: xr.Dataset, max_samples: int, names: Sequence[str] | None, source: Path) -> Iterator[xr.Dataset]:
+    with told_as_log_error(source):
+        still = log.drop_dims("sample").load()
+    row_size = still["row_size"].values
+    if (row_size < 1).any() or row_size.sum() != log.sizes["sample"]:
+        raise LogError(
+            f"{source}: row_size holds {row_size.size} trials of {row_size.sum()} samples together, but there are "
+            f"{log.sizes['sample']} samples; run 'ppinfer validate' on it"
+        )
+    along = [str(name) for name in log.data_vars if "sample" in log[name].dims and (names is None or name in names)]
+    missing = sorted(set(names or ()) - set(map(str, log.variables)))
+    if missing:
+        raise LogError(f"{source}: there are no variables {missing}; the log has {sorted(map(str, log.data_vars))}")
+    offsets = np.concatenate([[0], np.cumsum(row_size)])
+    by_trial = np.argsort(still["segment_trial"].values, kind="stable") if "segment_trial" in still else None
+    sorted_trial = still["segment_trial"].values[by_trial] if by_trial is not None else None
+    edges = block_edges(row_size, max_samples)
+    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+        block = still.isel(trial=slice(begin, end))
+        if by_trial is not None and sorted_trial is not None:
+            first, last = np.searchsorted(sorted_trial, [begin, end])
+            # sorted again: segments keep the order that they have in the log
+            block = block.isel(segment=np.sort(by_trial[first:last]))
+            block["segment_trial"] = block["segment_trial"] - begin
+            block["segment_trial"].attrs = still["segment_trial"].attrs
+        rows = slice(int(offsets[begin]), int(offsets[end]))
+        with told_as_log_error(source):
+            moving = log[along].isel(sample=rows).load()
+        block = block.assign({name: moving.variables[name] for name in along})
+        block.attrs = {**log.attrs, "first_trial": begin, "first_sample": rows.start}
+        yield block

@@ -1,0 +1,208 @@
+"""What is wrong with a log: faults, gathered so that all of them are told at once."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, field
+from typing import Any, Self
+
+from ppinfer.errors import LogError
+
+LISTED_PER_KIND = 20
+"""How many faults of one kind are listed one by one; all of them are counted."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One thing that is wrong, where it is, and what to do.
+
+    Parameters
+    ----------
+    kind
+        A short stable word for programs, e.g. ``"time-not-increasing"``.
+    message
+        What was found and what was expected.
+    remedy
+        What to do about it.
+    file, line
+        The input file and the line in it (1 = the first; for Parquet the row).
+    trial, sample
+        The trial's id, and the sample's index within the trial (0 = the first).
+    column
+        The variable of the log, or the column of the input.
+
+    Examples
+    --------
+    >>> print(Fault("not-finite", "position is inf", "mark it as a dropout", trial="a", sample=3, column="position"))
+    trial 'a': sample 3: column 'position': position is inf; mark it as a dropout
+    """
+
+    kind: str
+    message: str
+    remedy: str = ""
+    file: str | None = None
+    line: int | None = None
+    trial: str | None = None
+    sample: int | None = None
+    column: str | None = None
+
+    def __str__(self) -> str:
+        where = [
+            self.file,
+            None if self.line is None else f"line {self.line}",
+            None if self.trial is None else f"trial {self.trial!r}",
+            None if self.sample is None else f"sample {self.sample}",
+            None if self.column is None else f"column {self.column!r}",
+        ]
+        text = ": ".join([place for place in where if place is not None] + [self.message])
+        return " ".join((f"{text}; {self.remedy}" if self.remedy else text).split())
+
+
+class FaultyLogError(LogError):
+    """A log or an input of one that has faults; ``faults`` lists them and ``counts`` says how many of each kind.
+
+    Examples
+    --------
+    >>> error = FaultyLogError("log.nc", Faults([Fault("unreadable", "the file is empty")]))
+    >>> print(error)
+    log.nc: 1 fault: the file is empty
+    """
+
+    def __init__(self, source: str, faults: Faults) -> None:
+        self.source = source
+        self.faults: tuple[Fault, ...] = tuple(faults.listed)
+        self.counts: dict[str, int] = dict(faults.counts)
+        self.lines: list[str] = faults.lines()
+        total = sum(self.counts.values())
+        first = str(self.faults[0]) if self.faults else ""
+        if self.faults and self.faults[0].file is not None and first.startswith(source):
+            first = first.removeprefix(source).lstrip("/: ")
+        text = f"{source}: 1 fault: {first}" if total == 1 else f"{source}: {total} faults; the first: {first}"
+        super().__init__(text)
+
+
+class Faults:
+    """A growing collection of faults: the first few of each kind are kept, all are counted.
+
+    Examples
+    --------
+    >>> faults = Faults(limit=1)
+    >>> faults.add(Fault("not-finite", "x is inf", line=2))
+    >>> faults.add(Fault("not-finite", "x is inf", line=9))
+    >>> faults.lines()
+    ['line 2: x is inf', '... and 1 more of kind not-finite']
+    """
+
+    def __init__(self, faults: Iterable[Fault] = (), *, limit: int = LISTED_PER_KIND) -> None:
+        self.limit = limit
+        self.listed: list[Fault] = []
+        self.counts: Counter[str] = Counter()
+        for fault in faults:
+            self.add(fault)
+
+    def __bool__(self) -> bool:
+        return bool(self.counts)
+
+    @property
+    def total(self) -> int:
+        """The number of faults, listed or not."""
+        return sum(self.counts.values())
+
+    def add(self, fault: Fault) -> None:
+        """Count one fault, and keep it unless its kind has been listed often enough."""
+        if self.counts[fault.kind] < self.limit:
+            self.listed.append(fault)
+        self.counts[fault.kind] += 1
+
+    def add_each(self, kind: str, places: Sequence[int], describe: Callable[[int], Fault]) -> None:
+        """Count a fault at each place; only those that will be listed are described."""
+        room = max(0, self.limit - self.counts[kind])
+        self.listed.extend(describe(int(place)) for place in places[:room])
+        self.counts[kind] += len(places)
+        if self.counts[kind] == 0:
+            del self.counts[kind]
+
+    def lines(self) -> list[str]:
+        """Return one line a listed fault, and one line for what is left out of each kind."""
+        listed = Counter(fault.kind for fault in self.listed)
+        return [str(fault) for fault in self.listed] + [
+            f"... and {count - listed[kind]} more of kind {kind}"
+            for kind, count in self.counts.items()
+            if count > listed[kind]
+        ]
+
+    def raise_if_any(self, source: str) -> None:
+        """Raise `FaultyLogError` when there is at least one fault."""
+        if self:
+            raise FaultyLogError(source, self)
+
+
+@dataclass(frozen=True)
+class Report:
+    """What validation found: faults (the log cannot be trusted) and warnings (look at these).
+
+    Examples
+    --------
+    >>> Report.of("log.nc", Faults(), Faults()).ok
+    True
+    """
+
+    source: str
+    faults: tuple[Fault, ...]
+    warnings: tuple[Fault, ...]
+    fault_counts: dict[str, int]
+    warning_counts: dict[str, int]
+    sizes: dict[str, int] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, source: str, faults: Faults, warnings: Faults, sizes: dict[str, int] | None = None) -> Self:
+        """Close two collections into a report."""
+        return cls(
+            source,
+            tuple(faults.listed),
+            tuple(warnings.listed),
+            dict(faults.counts),
+            dict(warnings.counts),
+            dict(sizes or {}),
+        )
+
+    @property
+    def ok(self) -> bool:
+        """Whether the log is sound (it may still have warnings)."""
+        return not self.fault_counts
+
+    def lines(self) -> list[str]:
+        """Return one line a fault, then one line a warning."""
+        found = []
+        for label, items, counts in (
+            ("fault", self.faults, self.fault_counts),
+            ("warning", self.warnings, self.warning_counts),
+        ):
+            listed = Counter(fault.kind for fault in items)
+            found += [f"{label}: {fault}" for fault in items]
+            found += [
+                f"{label}: ... and {count - listed[kind]} more of kind {kind}"
+                for kind, count in counts.items()
+                if count > listed[kind]
+            ]
+        return found
+
+    def raise_if_faulty(self) -> None:
+        """Raise `FaultyLogError` unless the log is sound."""
+        if not self.ok:
+            faults = Faults(self.faults)
+            faults.counts.update({kind: count - faults.counts[kind] for kind, count in self.fault_counts.items()})
+            raise FaultyLogError(self.source, faults)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what ``ppinfer validate --json`` prints."""
+        return {
+            "source": self.source,
+            "ok": self.ok,
+            "sizes": self.sizes,
+            "fault_counts": self.fault_counts,
+            "warning_counts": self.warning_counts,
+            "faults": [asdict(fault) for fault in self.faults],
+            "warnings": [asdict(fault) for fault in self.warnings],
+        }

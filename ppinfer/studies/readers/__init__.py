@@ -1,0 +1,61 @@
+"""Readers of other formats, by the name that ``ppinfer convert --from`` takes.
+
+A new reader is one file with one function, and one line in `READERS`.
+"""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import xarray as xr
+
+from ppinfer.errors import LogError
+
+
+@dataclass(frozen=True)
+class Reader:
+    """Where a reader is (module and function) and what it reads; ``needs_mapping`` if it takes a column mapping."""
+
+    module: str
+    function: str
+    reads: str
+    needs_mapping: bool = False
+
+    def load(self) -> Callable[..., xr.Dataset]:
+        """Import the reader's function; readers are only imported when they are used."""
+        function: Callable[..., xr.Dataset] = getattr(importlib.import_module(self.module), self.function)
+        return function
+
+
+READERS: dict[str, Reader] = {
+    "reaching-study": Reader(
+        "ppinfer.studies.readers.reaching_study", "read_reaching_study", "the folder of the 2023 reaching study"
+    ),
+    "eth": Reader("ppinfer.studies.readers.eth", "read_eth", "an ETH/BIWI folder with obsmat.txt and destinations.txt"),
+    "tidy": Reader(
+        "ppinfer.studies.readers.tidy", "read_tidy", "a CSV or Parquet table, and a mapping of its columns", True
+    ),
+    "recording": Reader("ppinfer.studies.recording", "read_recording", "a JSON-lines recording of a study"),
+}
+
+
+def read_study(source: Path, reader: str, *, mapping: Path | None = None) -> xr.Dataset:
+    """Read a study with the reader of that name.
+
+    Raises
+    ------
+    LogError
+        If there is no such reader, a mapping is missing or not wanted, or the source is faulty.
+    """
+    if reader not in READERS:
+        raise LogError(f"there is no reader {reader!r}; choose one of {', '.join(READERS)}")
+    known = READERS[reader]
+    if known.needs_mapping != (mapping is not None):
+        told = "needs a mapping of its columns (--mapping M.toml)" if known.needs_mapping else "takes no --mapping"
+        raise LogError(f"{source}: reader {reader!r} {told}")
+    if not source.exists():
+        raise LogError(f"{source}: there is no such file or folder")
+    return known.load()(source, mapping) if mapping is not None else known.load()(source)

@@ -1,0 +1,273 @@
+"""Everything that is wrong with a log, at once: each fault with its trial, sample and column."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float, Shaped
+
+from ppinfer.errors import LogError
+from ppinfer.studies.blocks import block_edges
+from ppinfer.studies.checksums import ContentDigest, slabs
+from ppinfer.studies.faults import Fault, Faults, Report
+from ppinfer.studies.motion_checks import (
+    JUMP_FACTOR,
+    Rows,
+    check_logged,
+    check_positions,
+    check_seen,
+    check_time,
+    goal_faults,
+    jump_threshold,
+    step_speeds,
+)
+from ppinfer.studies.schema import DIGEST_ATTR
+from ppinfer.studies.storage import open_log
+from ppinfer.studies.structure_checks import (
+    check_row_sizes,
+    check_segments,
+    check_structure,
+    sample_offsets,
+    trial_names,
+)
+
+_BLOCK_SAMPLES = 500_000
+
+
+def validate_log(log: xr.Dataset | str | os.PathLike[str]) -> Report:
+    """Find everything that is wrong with a study log.
+
+    A log on disk is read once, in blocks of whole trials, and its content is compared with its digest; of a log in
+    memory the digest is not looked at, since editing it is what memory is for.
+
+    Parameters
+    ----------
+    log
+        A log or the path of one.
+
+    Returns
+    -------
+    Report
+        ``faults``, ``warnings`` (implausible jumps, a missing digest), exact counts of each kind, and ``ok``. A file
+        that cannot be read at all is a report with one fault.
+
+    Examples
+    --------
+    >>> from ppinfer.studies import build_log
+    >>> log = build_log(agents=["human"], row_size=[2], time=[0.1, 0.1], position=np.zeros((2, 1, 2)), trial_id=["a"])
+    >>> print(validate_log(log).faults[0].kind)
+    time-not-increasing
+    """
+    if isinstance(log, xr.Dataset):
+        return _Validation(log, "log").run()
+    source = str(Path(log))
+    try:
+        opened = open_log(log)
+    except LogError as error:
+        text = str(error).removeprefix(f"{source}: ")
+        faults = Faults([Fault("unreadable", text, file=source)])
+        return Report.of(source, faults, Faults())
+    try:
+        return _Validation(opened, source, digest=ContentDigest()).run()
+    finally:
+        opened.close()
+
+
+@dataclass
+class _Validation:
+    log: xr.Dataset
+    source: str
+    digest: ContentDigest | None = None
+    faults: Faults = field(default_factory=Faults)
+    warnings: Faults = field(default_factory=Faults)
+    damaged: set[str] = field(default_factory=set)
+
+    def run(self) -> Report:
+        sizes = {str(name): size for name, size in self.log.sizes.items()}
+        usable = check_structure(self.log, self.faults)
+        usable &= self._load_still()
+        cut = "row_size" in usable and check_row_sizes(self.log, self.faults)
+        offsets = sample_offsets(self.log["row_size"].values) if cut else np.array([0, sizes.get("sample", 0)])
+        names = trial_names(self.log) if cut else ["?"]
+        self._check_samples(usable, offsets, names, cut)
+        needed = {"segment_trial", "segment_agent", "segment_start", "segment_stop", "true_goal", "agent", "row_size"}
+        if needed <= usable:
+            sound = check_segments(self.log, self.faults)
+            if cut and {"goal", "goal_present"} <= usable:
+                self._check_true_goals(sound, offsets, names)
+        if {"goal_position", "goal_present"} <= usable and "sample" not in self.log["goal_present"].dims:
+            placed, present = self.log["goal_position"].values, self.log["goal_present"].values
+            for kind, column, wrong, message, remedy in goal_faults(placed, present):
+                ids = trial_names(self.log)
+                self.faults.add_each(
+                    kind,
+                    np.flatnonzero(wrong).tolist(),
+                    lambda trial, kind=kind, column=column, message=message, remedy=remedy, ids=ids: Fault(
+                        kind, message, remedy, trial=ids[trial], column=column
+                    ),
+                )
+        self._check_digest()
+        return Report.of(self.source, self.faults, self.warnings, sizes)
+
+    def _load_still(self) -> set[str]:
+        """Read what is not along samples; return the names of all variables that can be read."""
+        readable = set()
+        for name in map(str, self.log.variables):
+            if "sample" in self.log.variables[name].dims:
+                readable.add(name)
+                continue
+            values = self._read(name, slice(None))
+            if values is not None:
+                readable.add(name)
+                if name not in self.log.coords:
+                    self.log[name] = (self.log[name].dims, values, self.log[name].attrs)
+        return readable
+
+    def _read(self, name: str, rows: slice) -> Shaped[np.ndarray, "..."] | None:
+        if name in self.damaged:
+            return None
+        variable = self.log.variables[name]
+        try:
+            values: Any = variable[rows].values if variable.ndim else variable.values
+        except Exception as error:
+            self.damaged.add(name)
+            reason = " ".join(str(error).split())[:160]
+            self.faults.add(
+                Fault(
+                    "checksum",
+                    f"cannot be read from row {rows.start or 0} on ({reason})",
+                    "the file is damaged: get it again from its source",
+                    column=name,
+                )
+            )
+            return None
+        if self.digest is not None:
+            self.digest.update(name, values)
+        return np.asarray(values)
+
+    def _check_samples(self, usable: set[str], offsets: np.ndarray, names: list[str], cut: bool) -> None:
+        log = self.log
+        along = [str(name) for name in log.variables if "sample" in log.variables[name].dims]
+        leading = [name for name in along if log.variables[name].dims[0] == "sample"]
+        for name in sorted(set(along) - set(leading)):
+            for rows in slabs(log, name):
+                self._read(name, rows[0] if rows else slice(None))
+        agents = [str(name) for name in log["agent"].values.tolist()] if "agent" in usable else []
+        speeds: list[Float[np.ndarray, "sample agent"]] = []
+        for start, stop in self._blocks(offsets, cut):
+            first = np.zeros(stop - start, bool)
+            first[offsets[(offsets >= start) & (offsets < stop)] - start] = True
+            rows = Rows(offsets, names, start, first)
+            block = {name: self._read(name, slice(start, stop)) for name in leading}
+            held = {name: values for name, values in block.items() if values is not None and name in usable}
+            self._check_block(held, agents, rows, cut)
+            if cut and agents and {"time", "position"} <= set(held):
+                speeds.append(step_speeds(held["time"], held["position"], first))
+        if speeds:
+            self._warn_of_jumps(np.concatenate(speeds), agents, offsets, names)
+
+    def _blocks(self, offsets: np.ndarray, cut: bool) -> Iterator[tuple[int, int]]:
+        if not cut:
+            total = int(offsets[-1])
+            yield from ((at, min(at + _BLOCK_SAMPLES, total)) for at in range(0, total, _BLOCK_SAMPLES))
+            return
+        edges = offsets[block_edges(np.diff(offsets), _BLOCK_SAMPLES)].tolist()
+        yield from zip(edges[:-1], edges[1:], strict=True)
+
+    def _check_block(self, held: dict[str, np.ndarray], agents: list[str], rows: Rows, cut: bool) -> None:
+        faults = self.faults
+        if "time" in held and cut:
+            check_time(held["time"], rows, faults)
+        if "observed" in held:
+            check_seen(held["observed"], rows, faults)
+            if "position" in held and agents:
+                check_positions(held["position"], held["observed"], agents, rows, faults)
+            for name in ("velocity", "control"):
+                if name in held and agents and f"has_{name}" in self.log.variables:
+                    has = self.log[f"has_{name}"].values
+                    check_logged(name, held[name], has, held["observed"], agents, rows, faults)
+        if {"goal_position", "goal_present"} <= set(held):
+            for kind, column, wrong, message, remedy in goal_faults(held["goal_position"], held["goal_present"]):
+                rows.report(faults, kind, column, np.flatnonzero(wrong), message, remedy)
+
+    def _warn_of_jumps(
+        self, speeds: Float[np.ndarray, "sample agent"], agents: list[str], offsets: np.ndarray, names: list[str]
+    ) -> None:
+        everywhere = Rows(offsets, names, 0, np.zeros(0, bool))
+        for index, agent in enumerate(agents):
+            limit = jump_threshold(speeds[:, index])
+            jumps = np.flatnonzero(speeds[:, index] > limit)
+            if jumps.size:
+                trial, sample = everywhere.place(int(jumps[0]))
+                self.warnings.add(
+                    Fault(
+                        "implausible-jump",
+                        f"{jumps.size} steps of {agent!r} are faster than {limit:.3g} a second ({JUMP_FACTOR:g} times "
+                        "the 99th percentile of its speeds); this is the first",
+                        "look at them; a marker that was lost is a dropout (observed 0)",
+                        trial=trial,
+                        sample=sample,
+                        column="position",
+                    )
+                )
+                self.warnings.counts["implausible-jump"] += int(jumps.size) - 1
+
+    def _check_true_goals(self, sound: np.ndarray, offsets: np.ndarray, names: list[str]) -> None:
+        log = self.log
+        labels = log["goal"].values.astype(str)
+        goal = log["true_goal"].values.astype(str)
+        if labels.size == 0:
+            return
+        order = np.argsort(labels)
+        at = order[np.minimum(np.searchsorted(labels[order], goal), labels.size - 1)]
+        known = np.flatnonzero(sound & (labels[at] == goal) & (goal != ""))
+        trial, start, stop = (log[f"segment_{name}"].values[known] for name in ("trial", "start", "stop"))
+        present = self._goal_absences(known, at, trial, start, stop, offsets)
+        self.faults.add_each(
+            "goals-missing",
+            np.flatnonzero(~present).tolist(),
+            lambda index: Fault(
+                "goals-missing",
+                f"segment {known[index]}: its true goal {goal[known[index]]!r} is absent during the segment",
+                "correct the segment, the label or goal_present",
+                trial=names[trial[index]],
+                sample=int(start[index]),
+                column="true_goal",
+            ),
+        )
+
+    def _goal_absences(self, known: Any, at: Any, trial: Any, start: Any, stop: Any, offsets: np.ndarray) -> Any:
+        """Return, for each known segment, whether its true goal is present throughout."""
+        present = self.log["goal_present"]
+        if "sample" not in present.dims:
+            return present.values[trial, at[known]] == 1
+        if "goal_present" in self.damaged:
+            return np.ones(known.size, bool)
+        # int8 flags: a byte a goal and sample, small beside a block of positions
+        absent = np.cumsum(np.vstack([np.zeros((1, present.sizes["goal"]), np.int64), present.values != 1]), axis=0)
+        begin = offsets[trial]
+        return absent[begin + stop, at[known]] == absent[begin + start, at[known]]
+
+    def _check_digest(self) -> None:
+        if self.digest is None:
+            return
+        stated = self.log.attrs.get(DIGEST_ATTR)
+        if stated is None:
+            self.warnings.add(
+                Fault("no-checksum", f"there is no attribute {DIGEST_ATTR}", "damage to text would go unseen", file=self.source)
+            )
+        elif not self.damaged and self.digest.hexdigest(self.log) != stated:
+            self.faults.add(
+                Fault(
+                    "checksum",
+                    f"the content does not match {DIGEST_ATTR}: the file is damaged or was edited",
+                    "get it again from its source",
+                    file=self.source,
+                )
+            )

@@ -4,9 +4,12 @@ from ppinfer.studies.assembling import build_log
 from ppinfer.studies.blocks import iter_blocks
 from ppinfer.studies.checksums import content_digest, file_sha256
 from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
+from ppinfer.studies.file_checks import validate_file
 from ppinfer.studies.readers import READERS, read_study
 from ppinfer.studies.readers.eth import read_eth
 from ppinfer.studies.readers.reaching_study import read_reaching_study
+from ppinfer.studies.recording import Recording, RecordingWriter, load_recording, read_recording
+from ppinfer.studies.recording_lines import RecordingHeader
 from ppinfer.studies.storage import open_log, read_log, write_log
 from ppinfer.studies.trials import Segment, Trial, log_of_trials
 from ppinfer.studies.validation import validate_log
@@ -16,6 +19,9 @@ __all__ = [
     "Fault",
     "Faults",
     "FaultyLogError",
+    "Recording",
+    "RecordingHeader",
+    "RecordingWriter",
     "Report",
     "Segment",
     "Trial",
@@ -23,12 +29,15 @@ __all__ = [
     "content_digest",
     "file_sha256",
     "iter_blocks",
+    "load_recording",
     "log_of_trials",
     "open_log",
     "read_eth",
     "read_log",
     "read_reaching_study",
+    "read_recording",
     "read_study",
+    "validate_file",
     "validate_log",
     "write_log",
 ]

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Float, Int, Shaped
+from jaxtyping import Float, Shaped
+from numpy.typing import ArrayLike
 
 from ppinfer.errors import LogError
 from ppinfer.studies.schema import FORMAT, FORMAT_VERSION, VARIABLES
-
-if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
 
 Attr = str | int | float
 
@@ -22,30 +20,30 @@ Attr = str | int | float
 def build_log(
     *,
     agents: Sequence[str],
-    row_size: Sequence[int] | Int[np.ndarray, " trial"],
-    time: Float[np.ndarray, " sample"] | Sequence[float],
-    position: Float[np.ndarray, "sample agent space"],
+    row_size: ArrayLike,
+    time: ArrayLike,
+    position: ArrayLike,
     trial_id: Sequence[str] | None = None,
     participant: Sequence[str] | None = None,
     space: Sequence[str] = ("x", "y"),
     goals: Sequence[str] = (),
-    observed: Shaped[np.ndarray, "sample agent"] | None = None,
-    velocity: Float[np.ndarray, "sample agent space"] | None = None,
+    observed: ArrayLike | None = None,
+    velocity: ArrayLike | None = None,
     has_velocity: Sequence[bool] | None = None,
-    control: Float[np.ndarray, "sample agent space"] | None = None,
+    control: ArrayLike | None = None,
     has_control: Sequence[bool] | None = None,
-    goal_position: Float[np.ndarray, "... goal space"] | None = None,
-    goal_present: Shaped[np.ndarray, "... goal"] | None = None,
+    goal_position: ArrayLike | None = None,
+    goal_present: ArrayLike | None = None,
     condition: Sequence[str] | None = None,
-    round: Sequence[int] | Int[np.ndarray, " trial"] | None = None,
-    seed: Sequence[int] | Int[np.ndarray, " trial"] | None = None,
+    round: ArrayLike | None = None,
+    seed: ArrayLike | None = None,
     outcome: Sequence[str] | None = None,
     controller: Sequence[Sequence[str]] | Mapping[str, str] | None = None,
     instruction: Sequence[Sequence[str]] | Mapping[str, str] | None = None,
-    segment_trial: Sequence[int] | Int[np.ndarray, " segment"] = (),
+    segment_trial: ArrayLike = (),
     segment_agent: Sequence[str] = (),
-    segment_start: Sequence[int] | Int[np.ndarray, " segment"] = (),
-    segment_stop: Sequence[int] | Int[np.ndarray, " segment"] = (),
+    segment_start: ArrayLike = (),
+    segment_stop: ArrayLike = (),
     true_goal: Sequence[str] = (),
     variables: Mapping[str, tuple[Any, ...]] | None = None,
     position_units: str = "m",
@@ -66,15 +64,15 @@ def build_log(
     row_size
         Samples of each trial; trials lie end to end along ``sample``.
     time
-        Seconds, strictly increasing within a trial.
+        Shape (sample): seconds, strictly increasing within a trial.
     position
-        Where each agent is, in ``position_units``; NaN where it was not seen.
+        Shape (sample, agent, space): where each agent is, in ``position_units``; NaN where it was not seen.
     trial_id, participant
         Names; by default trials are numbered, and each trial is a participant of its own.
     observed
-        1 = seen, 0 = dropout; by default an agent is unseen where its whole position is NaN.
+        Shape (sample, agent): 1 = seen, 0 = dropout; by default an agent is unseen where its whole position is NaN.
     velocity, has_velocity, control, has_control
-        What was logged, in ``position_units`` a second (control: as the study defines it), and for which agents;
+        Shapes (sample, agent, space) and (agent): what was logged, in ``position_units`` a second (control: as the study defines it), and for which agents;
         by default those with any number in them.
     goal_position
         Shape (goal, space) for goals common to the study, (trial, goal, space), or (sample, goal, space).
@@ -115,7 +113,7 @@ def build_log(
     rows = _array("row_size", row_size, "int64", (None,))
     n_trials, n_samples = rows.size, int(rows.sum())
     sizes = {"trial": n_trials, "sample": n_samples, "agent": len(agents), "space": len(space), "goal": len(goals)}
-    sizes["segment"] = len(segment_trial)
+    sizes["segment"] = np.size(segment_trial)
     positions = np.asarray(position, np.float64)
 
     values: dict[str, Any] = {

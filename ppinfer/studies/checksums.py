@@ -6,16 +6,13 @@ import hashlib
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+import xarray as xr
 from jaxtyping import Shaped
 
 from ppinfer.errors import LogError
 from ppinfer.studies.schema import DIGEST_ATTR
-
-if TYPE_CHECKING:
-    import xarray as xr
 
 _SLAB_BYTES = 1 << 24
 
@@ -90,7 +87,6 @@ def content_digest(log: xr.Dataset) -> str:
 
     Examples
     --------
-    >>> import xarray as xr
     >>> log = xr.Dataset({"time": ("sample", [0.0, 0.1])})
     >>> content_digest(log) == content_digest(log.assign(time=("sample", [0.0, 0.2])))
     False

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any, Self
 
@@ -31,6 +31,8 @@ class Fault:
         The trial's id, and the sample's index within the trial (0 = the first).
     column
         The variable of the log, or the column of the input.
+    count
+        How many occurrences this one line stands for.
 
     Examples
     --------
@@ -46,6 +48,7 @@ class Fault:
     trial: str | None = None
     sample: int | None = None
     column: str | None = None
+    count: int = 1
 
     def __str__(self) -> str:
         where = [
@@ -113,7 +116,7 @@ class Faults:
         """Count one fault, and keep it unless its kind has been listed often enough."""
         if self.counts[fault.kind] < self.limit:
             self.listed.append(fault)
-        self.counts[fault.kind] += 1
+        self.counts[fault.kind] += fault.count
 
     def add_each(self, kind: str, places: Sequence[int], describe: Callable[[int], Fault]) -> None:
         """Count a fault at each place; only those that will be listed are described."""
@@ -125,12 +128,7 @@ class Faults:
 
     def lines(self) -> list[str]:
         """Return one line a listed fault, and one line for what is left out of each kind."""
-        listed = Counter(fault.kind for fault in self.listed)
-        return [str(fault) for fault in self.listed] + [
-            f"... and {count - listed[kind]} more of kind {kind}"
-            for kind, count in self.counts.items()
-            if count > listed[kind]
-        ]
+        return [str(fault) for fault in self.listed] + _unlisted(self.listed, self.counts)
 
     def raise_if_any(self, source: str) -> None:
         """Raise `FaultyLogError` when there is at least one fault."""
@@ -179,13 +177,7 @@ class Report:
             ("fault", self.faults, self.fault_counts),
             ("warning", self.warnings, self.warning_counts),
         ):
-            listed = Counter(fault.kind for fault in items)
-            found += [f"{label}: {fault}" for fault in items]
-            found += [
-                f"{label}: ... and {count - listed[kind]} more of kind {kind}"
-                for kind, count in counts.items()
-                if count > listed[kind]
-            ]
+            found += [f"{label}: {line}" for line in [*map(str, items), *_unlisted(items, counts)]]
         return found
 
     def raise_if_faulty(self) -> None:
@@ -206,3 +198,10 @@ class Report:
             "faults": [asdict(fault) for fault in self.faults],
             "warnings": [asdict(fault) for fault in self.warnings],
         }
+
+
+def _unlisted(listed: Iterable[Fault], counts: Mapping[str, int]) -> list[str]:
+    told: Counter[str] = Counter()
+    for fault in listed:
+        told[fault.kind] += fault.count
+    return [f"... and {count - told[kind]} more of kind {kind}" for kind, count in counts.items() if count > told[kind]]

@@ -9,8 +9,9 @@ from jaxtyping import Bool, Float, Int, Shaped
 
 from ppinfer.studies.faults import Fault, Faults
 
+JUMP_PERCENTILE = 95
 JUMP_FACTOR = 5.0
-"""A step is implausible when it is this many times faster than the agent's 99th percentile of speed."""
+"""A step is implausible when it is this many times faster than the agent's 95th percentile of speed."""
 
 
 @dataclass(frozen=True)
@@ -184,4 +185,4 @@ def step_speeds(
 def jump_threshold(speeds: Float[np.ndarray, " sample"]) -> float:
     """Return the speed above which a step is implausible for the agent that moved so (inf where none moved)."""
     moving = speeds[np.isfinite(speeds) & (speeds > 0)]
-    return JUMP_FACTOR * float(np.percentile(moving, 99)) if moving.size else np.inf
+    return JUMP_FACTOR * float(np.percentile(moving, JUMP_PERCENTILE)) if moving.size else np.inf

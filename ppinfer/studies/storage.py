@@ -130,6 +130,19 @@ def read_log(path: str | os.PathLike[str]) -> xr.Dataset:
     return open_log(path, load=True)
 
 
+def stated_format(path: Path) -> str | None:
+    """Return what a NetCDF file says it is (``"study-log"``, ``"posterior"``), or None where it cannot say."""
+    import h5py
+
+    try:
+        with h5py.File(path, "r") as file:
+            told = file.attrs.get("ppinfer_format")
+    except Exception:
+        # whoever reads it next says why it cannot be read
+        return None
+    return told if isinstance(told, str) else None
+
+
 def check_target(target: Path) -> str:
     """Return the suffix of a log to be written, refusing a name or folder that cannot work."""
     if target.suffix not in (".nc", ".zarr"):

@@ -18,6 +18,7 @@ from ppinfer.studies.checksums import ContentDigest, slabs
 from ppinfer.studies.faults import Fault, Faults, Report
 from ppinfer.studies.motion_checks import (
     JUMP_FACTOR,
+    JUMP_PERCENTILE,
     Rows,
     check_logged,
     check_positions,
@@ -209,14 +210,14 @@ class _Validation:
                     Fault(
                         "implausible-jump",
                         f"{jumps.size} steps of {agent!r} are faster than {limit:.3g} a second ({JUMP_FACTOR:g} times "
-                        "the 99th percentile of its speeds); this is the first",
+                        f"the {JUMP_PERCENTILE}th percentile of its speeds); this is the first",
                         "look at them; a marker that was lost is a dropout (observed 0)",
                         trial=trial,
                         sample=sample,
                         column="position",
+                        count=int(jumps.size),
                     )
                 )
-                self.warnings.counts["implausible-jump"] += int(jumps.size) - 1
 
     def _check_true_goals(self, sound: np.ndarray, offsets: np.ndarray, names: list[str]) -> None:
         log = self.log

@@ -1,0 +1,51 @@
+"""``ppinfer validate``: is this log sound? Every fault at once, each with where it is and what to do."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+_DESCRIPTION = """\
+Check a study log (.nc, .zarr), a recording (.jsonl) or a posterior: structure, types, checksums,
+times, positions, goals and segments. Exit status 0 when it is sound, 1 with the list of faults.
+Warnings (implausible jumps) leave it sound.
+"""
+
+_EPILOG = """\
+example:
+  ppinfer validate LOG.nc --json
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "validate",
+        help="check a study log, and list everything wrong with it",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("log", metavar="LOG", type=Path, help="a study log, a recording or a posterior")
+    parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Validate and print what was found."""
+    from ppinfer.cli.output import print_json
+    from ppinfer.studies.file_checks import validate_file
+
+    report = validate_file(args.log)
+    if args.json:
+        print_json(report.to_json())
+        return 0 if report.ok else 1
+    sizes = ", ".join(f"{report.sizes[name]} {name}s" for name in ("trial", "sample", "segment") if name in report.sizes)
+    faults, warnings = sum(report.fault_counts.values()), sum(report.warning_counts.values())
+    verdict = "sound" if report.ok else f"{faults} fault{'s' if faults != 1 else ''}"
+    if warnings:
+        verdict += f", {warnings} warning{'s' if warnings != 1 else ''}"
+    print(f"{report.source}: {verdict}" + (f" ({sizes})" if sizes else ""))
+    for line in report.lines():
+        print(line)
+    return 0 if report.ok else 1

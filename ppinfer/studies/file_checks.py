@@ -1,0 +1,69 @@
+"""One check for every file that ppinfer writes: study logs, recordings and posteriors."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+from ppinfer.errors import LogError
+from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
+from ppinfer.studies.recording import is_recording, load_recording
+from ppinfer.studies.recording_lines import log_of_recording
+from ppinfer.studies.storage import stated_format
+from ppinfer.studies.validation import validate_log
+
+
+def validate_file(path: str | os.PathLike[str]) -> Report:
+    """Find everything that is wrong with a study log, a recording or a posterior.
+
+    Returns
+    -------
+    Report
+        As `validate_log` gives it; a torn last line of a recording is a warning.
+    """
+    source = Path(path)
+    if is_recording(source):
+        return _recording_report(source)
+    if stated_format(source) == "posterior":
+        return _posterior_report(source)
+    return validate_log(source)
+
+
+def _recording_report(source: Path) -> Report:
+    warnings = Faults()
+    try:
+        recording = load_recording(source)
+        if recording.dropped:
+            warnings.add(Fault("torn-line", recording.dropped, "the trial in hand was lost", file=source.name))
+        if not recording.trials:
+            raise LogError(f"{source}: holds no whole trial")
+        log = log_of_recording(recording.header, recording.trials)
+    except FaultyLogError as error:
+        faults = Faults(error.faults)
+        faults.counts.update({kind: count - faults.counts[kind] for kind, count in error.counts.items()})
+        return Report.of(str(source), faults, warnings)
+    except LogError as error:
+        return Report.of(str(source), Faults([_unreadable(source, error)]), warnings)
+    report = validate_log(log)
+    return replace(
+        report,
+        source=str(source),
+        warnings=(*warnings.listed, *report.warnings),
+        warning_counts={**warnings.counts, **report.warning_counts},
+    )
+
+
+def _posterior_report(source: Path) -> Report:
+    from ppinfer.studies.posterior import open_posterior
+
+    try:
+        with open_posterior(source, verify=True) as posterior:
+            sizes = {str(name): size for name, size in posterior.sizes.items()}
+    except LogError as error:
+        return Report.of(str(source), Faults([_unreadable(source, error)]), Faults())
+    return Report.of(str(source), Faults(), Faults(), sizes)
+
+
+def _unreadable(source: Path, error: LogError) -> Fault:
+    return Fault("unreadable", str(error).removeprefix(f"{source}: "), file=str(source))

@@ -1,0 +1,167 @@
+"""The lines of a recording: the header or a trial as one JSON object, led by the CRC-32 of the rest of the line."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any, NoReturn
+
+import numpy as np
+import xarray as xr
+
+from ppinfer.errors import LogError
+from ppinfer.studies.trials import Segment, Trial, log_of_trials
+
+RECORDING_FORMAT = "ppinfer-recording"
+RECORDING_VERSION = 1
+LINE_PREFIX = '{"crc32": "'
+_SAMPLED = ("time", "position", "observed", "velocity", "control", "goal_position", "goal_present")
+
+
+@dataclass(frozen=True)
+class RecordingHeader:
+    """What a recording says once: its agents, goals and how it was made.
+
+    Parameters
+    ----------
+    agents, goals, space
+        Labels.
+    has_velocity, has_control
+        For which agents these are logged; by default for those with any number in them.
+    position_units, title, source
+        As in `build_log`.
+    configuration
+        How the study was made, in values that JSON has.
+
+    Examples
+    --------
+    >>> RecordingHeader(agents=("human",), goals=("cup", "pan")).space
+    ('x', 'y')
+    """
+
+    agents: tuple[str, ...]
+    goals: tuple[str, ...] = ()
+    space: tuple[str, ...] = ("x", "y")
+    has_velocity: tuple[bool, ...] | None = None
+    has_control: tuple[bool, ...] | None = None
+    position_units: str = "m"
+    title: str = ""
+    source: str = ""
+    configuration: Mapping[str, Any] = field(default_factory=dict)
+
+
+def log_of_recording(
+    header: RecordingHeader, trials: Sequence[Trial], attrs: Mapping[str, str] | None = None
+) -> xr.Dataset:
+    """Return the study log of some trials of a recording."""
+    described = {item.name: getattr(header, item.name) for item in fields(header)}
+    return log_of_trials(trials, **described, attrs=attrs)
+
+
+def header_line(header: RecordingHeader) -> bytes:
+    """Return the first line of a recording."""
+    return _line({"format": RECORDING_FORMAT, "version": RECORDING_VERSION, **asdict(header)})
+
+
+def trial_line(trial: Trial) -> bytes:
+    """Return the line of a trial; a ``LogError`` says what JSON cannot hold."""
+    try:
+        return _line(_trial_json(trial))
+    except (TypeError, ValueError) as error:
+        raise LogError(f"trial {trial.trial_id!r}: cannot be recorded: {error}") from error
+
+
+def _line(told: Mapping[str, Any]) -> bytes:
+    body = json.dumps(told, allow_nan=False, ensure_ascii=False)
+    check = zlib.crc32(body.encode())
+    return f'{LINE_PREFIX}{check:08x}", {body[1:]}\n'.encode()
+
+
+def told_line(line: bytes) -> dict[str, Any]:
+    """Return what a line says; a ``ValueError`` says that it is damaged."""
+    text = line.decode()
+    start = len(LINE_PREFIX)
+    body = "{" + text[start + 11 :]
+    if not text.startswith(LINE_PREFIX) or text[start + 8 : start + 11] != '", ':
+        raise ValueError("does not begin with its checksum")
+    if text[start : start + 8] != f"{zlib.crc32(body.encode()):08x}":
+        raise ValueError("does not match its checksum")
+    told = json.loads(body, parse_constant=_refuse)
+    if not isinstance(told, dict):
+        raise TypeError("is not a JSON object")
+    return told
+
+
+def _refuse(constant: str) -> NoReturn:
+    raise ValueError(f"holds {constant}; numbers are finite, null stands for none")
+
+
+def told_header(told: Mapping[str, Any]) -> RecordingHeader:
+    """Return the header that a line says."""
+    if told.get("format") != RECORDING_FORMAT or told.get("version") != RECORDING_VERSION:
+        raise ValueError(
+            f"is format {told.get('format')!r} version {told.get('version')!r}, "
+            f"expected {RECORDING_FORMAT!r} version {RECORDING_VERSION}"
+        )
+    known = {item.name for item in fields(RecordingHeader)}
+    return RecordingHeader(
+        **{name: tuple(value) if isinstance(value, list) else value for name, value in told.items() if name in known}
+    )
+
+
+def _trial_json(trial: Trial) -> dict[str, Any]:
+    told: dict[str, Any] = {}
+    for item in fields(trial):
+        value = getattr(trial, item.name)
+        if value is None or (value in ("", (), {}) if isinstance(value, str | tuple | dict) else False):
+            continue
+        if item.name in _SAMPLED:
+            told[item.name] = _numbers(value)
+        elif item.name == "segments":
+            told[item.name] = [asdict(segment) for segment in value]
+        elif item.name == "variables":
+            told[item.name] = {name: _variable_json(*given) for name, given in value.items()}
+        else:
+            told[item.name] = dict(value) if isinstance(value, Mapping) else value
+    return told
+
+
+def _variable_json(dims: Sequence[str], values: Any, attrs: Mapping[str, Any] | None = None) -> dict[str, Any]:
+    array = np.asarray(values)
+    kind = "str" if array.dtype.kind in "OUT" else ("int8" if array.dtype.kind == "b" else array.dtype.name)
+    plain = {name: np.asarray(value).tolist() for name, value in (attrs or {}).items()}
+    return {"dims": list(dims), "type": kind, "values": _numbers(array), "attrs": plain}
+
+
+def _numbers(value: Any) -> Any:
+    array = np.asarray(value)
+    if array.dtype.kind == "b":
+        array = array.astype(np.int8)
+    if array.dtype.kind == "f":
+        # JSON has no NaN: null stands for a number that is not there
+        array = np.where(np.isnan(array), None, array.astype(object))  # type: ignore[call-overload]
+    return array.tolist()
+
+
+def told_trial(told: Mapping[str, Any], header: RecordingHeader) -> Trial:
+    """Return the trial that a line says, if it fits the header."""
+    given = dict(told)
+    for name in _SAMPLED:
+        if name in given:
+            given[name] = np.array(given[name], np.int8 if name in ("observed", "goal_present") else np.float64)
+    if given["position"].ndim != 3:
+        raise ValueError(f"position has shape {given['position'].shape}, expected (sample, agent, space)")
+    given["segments"] = tuple(Segment(**segment) for segment in given.get("segments", ()))
+    given["variables"] = {
+        name: (
+            tuple(one["dims"]),
+            np.array(one["values"], object if one["type"] == "str" else one["type"]),
+            one.get("attrs", {}),
+        )
+        for name, one in given.get("variables", {}).items()
+    }
+    trial = Trial(**given)
+    log_of_recording(header, [trial])
+    return trial

@@ -1,0 +1,71 @@
+"""Laws and strategies: what the project's own tests use, for the tests of others.
+
+The laws are plain functions that raise `AssertionError`. The strategies need Hypothesis (the extra
+``ppinfer[test]``) and are imported when they are first asked for.
+
+Examples
+--------
+>>> from ppinfer import Axis, Distribution
+>>> from ppinfer.testing import check_normalisation
+>>> check_normalisation(Distribution.uniform(Axis("goal", ["cup", "bowl"])))
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from ppinfer.testing.laws import (
+    check_batch_equals_loop,
+    check_chain_rule,
+    check_ignorance,
+    check_normalisation,
+    check_online_equals_offline,
+    check_order_of_evidence,
+    check_relabelling,
+    check_scale,
+    check_smoother,
+)
+
+if TYPE_CHECKING:
+    from ppinfer.testing.strategies import (
+        axes,
+        axis_sets,
+        distributions,
+        factors,
+        log_weights,
+        relabellings,
+        transitions,
+    )
+
+# what needs Hypothesis, and the module that it is in
+_LATER = dict.fromkeys(
+    ("axes", "axis_sets", "distributions", "factors", "log_weights", "relabellings", "transitions"),
+    "ppinfer.testing.strategies",
+)
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LATER:
+        return getattr(importlib.import_module(_LATER[name]), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+__all__ = [
+    "axes",
+    "axis_sets",
+    "check_batch_equals_loop",
+    "check_chain_rule",
+    "check_ignorance",
+    "check_normalisation",
+    "check_online_equals_offline",
+    "check_order_of_evidence",
+    "check_relabelling",
+    "check_scale",
+    "check_smoother",
+    "distributions",
+    "factors",
+    "log_weights",
+    "relabellings",
+    "transitions",
+]

@@ -1,0 +1,36 @@
+"""What every test runs under: checked shapes, repeatable examples, no windows."""
+
+import os
+from pathlib import Path
+
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+from hypothesis import HealthCheck, settings
+from jaxtyping import install_import_hook
+
+ROOT = Path(__file__).parents[1]
+
+
+def checked_modules() -> list[str]:
+    """Name every module of the library whose annotations are checked, at run time, while tests run.
+
+    Packages are left out because naming one includes all below it, and compiled scans must not be wrapped.
+    """
+    files = sorted((ROOT / "ppinfer").rglob("*.py"))
+    modules = [
+        file.relative_to(ROOT).with_suffix("") for file in files if file.stem not in ("__init__", "scans")
+    ]
+    return [".".join(module.parts) for module in modules]
+
+
+install_import_hook(checked_modules(), "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))")
+
+settings.register_profile(
+    "ppinfer",
+    derandomize=True,
+    deadline=None,
+    print_blob=False,
+    max_examples=60,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
+)
+settings.load_profile("ppinfer")

@@ -4,13 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Protocol
 
-
-class ProgressCallback(Protocol):
-    """What long-running functions call with how much is done and how much there is."""
-
-    def __call__(self, done: int, total: int) -> None: ...
+from ppinfer.studies.progress import ProgressCallback
 
 
 @contextmanager
@@ -20,7 +15,7 @@ def progress_bar(description: str) -> Iterator[ProgressCallback]:
     Examples
     --------
     >>> with progress_bar("inferring") as report:
-    ...     report(done=1, total=2)
+    ...     report(1, 2)
     """
     from rich.console import Console
     from rich.progress import Progress
@@ -29,7 +24,7 @@ def progress_bar(description: str) -> Iterator[ProgressCallback]:
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(description, total=None)
 
-        def update(done: int, total: int) -> None:
+        def update(done: int, total: int, /) -> None:
             bar.update(task, completed=done, total=total)
 
         yield update

@@ -46,6 +46,7 @@ class NearestGoal(GoalModel):
     name: ClassVar[str] = "nearest"
     memoryless: ClassVar[bool] = True
     window: ClassVar[int] = 1
+    fitted: ClassVar[dict[str, str]] = {"scale": "log"}
 
     scale: float = 5.0
 
@@ -108,6 +109,7 @@ class Heading(GoalModel):
     name: ClassVar[str] = "heading"
     memoryless: ClassVar[bool] = True
     window: ClassVar[int] = 2
+    fitted: ClassVar[dict[str, str]] = {"concentration": "log"}
 
     concentration: float = 2.0
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -39,8 +40,8 @@ class GoalEvidence:
         only where it is the control of its own dynamics.
     continues : (row,) bool, optional
         True where a row goes on in the trial of the row before it.
-    row_names : tuple of str, optional
-        How errors name a row (its trial); default ``row 0``, ``row 1``, ...
+    name_row : callable, optional
+        From a row's number to how errors name it (its trial); default ``row 0``, ``row 1``, ...
     time_step : float, optional
         Nominal seconds between samples, where it is known; default: the median.
 
@@ -70,7 +71,7 @@ class GoalEvidence:
     control: Float[np.ndarray, "sample control"] | None = None
     control_order: int | None = 2
     continues: Bool[np.ndarray, " row"] | None = None
-    row_names: tuple[str, ...] | None = None
+    name_row: Callable[[int], str] | None = None
     time_step: float | None = None
 
     def __post_init__(self) -> None:
@@ -167,7 +168,7 @@ class GoalEvidence:
 
     def row_name(self, row: int) -> str:
         """Return how errors name a row."""
-        return f"row {row}" if self.row_names is None else self.row_names[row]
+        return f"row {row}" if self.name_row is None else self.name_row(row)
 
     def describe_sample(self, sample: int) -> str:
         """Return how errors name a flat sample index: its row and its place there."""
@@ -190,7 +191,7 @@ class GoalEvidence:
             velocity=None if self.velocity is None else self.velocity[index],
             control=None if self.control is None else self.control[index],
             continues=None,
-            row_names=tuple(self.row_name(int(row)) for row in rows),
+            name_row=lambda row: self.row_name(int(rows[row])),
         )
 
     def likelihood_factor(self, log_values: Float[np.ndarray, "sample goal"]) -> Factor:

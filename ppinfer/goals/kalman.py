@@ -63,6 +63,8 @@ class GoalKalman(GoalModel):
     """
 
     name: ClassVar[str] = "goal-kalman"
+    fitted: ClassVar[dict[str, str]] = {"control_weight": "log", "rationality": "log", "stay": "logit"}
+    gates_outliers: ClassVar[bool] = True
 
     dynamics: str = "double-integrator"
     control_weight: float = 10.0

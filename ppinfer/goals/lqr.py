@@ -70,6 +70,12 @@ class GoalLQR(GoalModel):
     """
 
     name: ClassVar[str] = "goal-lqr"
+    fitted: ClassVar[dict[str, str]] = {
+        "control_weight": "log",
+        "rationality": "log",
+        "stay": "logit",
+        "evidence_floor": "logit",
+    }
 
     dynamics: str = "single-integrator"
     control_weight: float = 10.0

@@ -80,7 +80,8 @@ def causal_motion(evidence: GoalEvidence, dynamics: Dynamics) -> Motion:
     row = evidence.row_of_sample[kept]
     # how many samples of its row were seen before this one
     rank = np.arange(len(kept)) - np.searchsorted(row, row, side="left")
-    elapsed = np.diff(evidence.time[kept], prepend=np.nan)
+    # the first sample of a row has no step behind it; 1 s stands in, and nothing is read off it
+    elapsed = np.where(rank > 0, np.diff(evidence.time[kept], prepend=np.nan), 1.0)
     position = evidence.position[kept]
 
     state = np.zeros((len(kept), dynamics.states))
@@ -174,8 +175,7 @@ def _backward_difference(
     values: Float[np.ndarray, "kept space"], elapsed: Float[np.ndarray, " kept"], known: Bool[np.ndarray, " kept"]
 ) -> Float[np.ndarray, "kept space"]:
     difference = np.zeros_like(values)
-    difference[1:] = np.diff(values, axis=0)
-    difference[known] /= elapsed[known, None]
+    difference[1:] = np.diff(values, axis=0) / elapsed[1:, None]
     difference[~known] = 0.0
     return difference
 

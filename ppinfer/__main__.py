@@ -1,0 +1,7 @@
+"""``python -m ppinfer``: the `ppinfer` command."""
+
+import sys
+
+from ppinfer.cli import main
+
+sys.exit(main())

@@ -1,0 +1,139 @@
+"""Models by name and parameters: from the command line, and from and to MODEL.toml."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import os
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ppinfer.errors import ModelError
+from ppinfer.goals.model import GoalModel
+
+MODEL_FORMAT_VERSION = 1
+
+
+def named_models() -> dict[str, type[GoalModel]]:
+    """Return the models that commands know, by name."""
+    from ppinfer.goals import MODELS
+
+    return MODELS
+
+
+def parameter_names(kind: type[GoalModel]) -> list[str]:
+    """Return the parameters of a model that can be written down: numbers and names.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import NearestGoal
+    >>> parameter_names(NearestGoal)
+    ['scale']
+    """
+    return [field.name for field in dataclasses.fields(kind) if field.type in ("str", "int", "float")]  # type: ignore[arg-type]
+
+
+def parameters_of(model: GoalModel) -> dict[str, str | int | float]:
+    """Return a model's parameters as plain values.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import NearestGoal
+    >>> parameters_of(NearestGoal(scale=2.0))
+    {'scale': 2.0}
+    """
+    return {name: getattr(model, name) for name in parameter_names(type(model))}
+
+
+def make_model(name: str, parameters: Mapping[str, Any]) -> GoalModel:
+    """Return the model called `name` with these parameters, given as numbers or as text.
+
+    Raises
+    ------
+    ModelError
+        Where the model or a parameter is unknown (the nearest name is suggested), or a value has the wrong type or
+        is out of range.
+
+    Examples
+    --------
+    >>> make_model("nearest", {"scale": "2.5"})
+    NearestGoal(scale=2.5)
+    """
+    models = named_models()
+    if name not in models:
+        raise ModelError(f"unknown model {name!r}: expected {_choices(name, list(models))}, or a MODEL.toml")
+    kind = models[name]
+    known = parameter_names(kind)
+    values: dict[str, Any] = {}
+    for key, value in parameters.items():
+        if key not in known:
+            raise ModelError(f"model {name!r} has no parameter {key!r}: expected {_choices(key, known)}")
+        values[key] = _converted(name, key, value, kind)
+    return kind(**values)
+
+
+def read_model(path: str | os.PathLike[str]) -> GoalModel:
+    """Read a model from the MODEL.toml that ``ppinfer fit`` writes.
+
+    Raises
+    ------
+    ModelError
+        Where the file is not TOML, holds no model, or its parameters do not fit; the message names the file.
+    """
+    where = Path(path)
+    try:
+        document = tomllib.loads(where.read_text(encoding="utf-8"))
+    except UnicodeDecodeError as error:
+        raise ModelError(f"{where}: not a text file: {error.reason} at byte {error.start}") from error
+    except tomllib.TOMLDecodeError as error:
+        raise ModelError(f"{where}: not valid TOML: {error}") from error
+    name, parameters = document.get("model"), document.get("parameters", {})
+    if not isinstance(name, str) or not isinstance(parameters, dict):
+        raise ModelError(f"{where}: expected model = \"NAME\" and a table [parameters], as 'ppinfer fit' writes them")
+    if document.get("format_version", MODEL_FORMAT_VERSION) != MODEL_FORMAT_VERSION:
+        raise ModelError(f"{where}: format_version {document['format_version']!r}; this ppinfer reads {MODEL_FORMAT_VERSION}")
+    try:
+        return make_model(name, parameters)
+    except ModelError as error:
+        raise ModelError(f"{where}: {error}") from error
+
+
+def write_model(model: GoalModel, path: str | os.PathLike[str], notes: Mapping[str, Any]) -> None:
+    """Write a model and the tables of `notes` (how it was fitted) as TOML, whole or not at all."""
+    import tomli_w
+
+    document = {
+        "model": model.name,
+        "format_version": MODEL_FORMAT_VERSION,
+        "parameters": parameters_of(model),
+        **notes,
+    }
+    where = Path(path)
+    if not where.parent.is_dir():
+        raise ModelError(f"{where}: there is no directory {str(where.parent)!r}")
+    draft = where.with_name(f".{where.name}.{os.getpid()}.part")
+    try:
+        draft.write_text(tomli_w.dumps(document), encoding="utf-8")
+        draft.replace(where)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _converted(model: str, key: str, value: Any, kind: type[GoalModel]) -> str | int | float:
+    from pydantic import TypeAdapter, ValidationError
+
+    wanted = {field.name: field.type for field in dataclasses.fields(kind)}[key]  # type: ignore[arg-type]
+    types: dict[Any, type] = {"str": str, "int": int, "float": float}
+    try:
+        converted: str | int | float = TypeAdapter(types[wanted]).validate_python(value)
+    except ValidationError as error:
+        raise ModelError(f"model {model!r}: {key} must be a {wanted}; got {value!r}") from error
+    return converted
+
+
+def _choices(given: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(given, known, n=1)
+    listed = f"one of {', '.join(known)}" if known else "none"
+    return f"{listed}; did you mean {close[0]!r}?" if close else listed

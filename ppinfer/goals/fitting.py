@@ -1,0 +1,253 @@
+"""Fitting a goal model to motion whose goals are known: by what it predicts, or by its likelihood."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Collection
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ppinfer.errors import ModelError
+from ppinfer.goals.belief import infer_goals
+from ppinfer.goals.evidence import GoalEvidence
+from ppinfer.goals.lqr import GoalLQR
+from ppinfer.goals.model import GoalModel
+from ppinfer.goals.motion import causal_motion
+from ppinfer.goals.quadratic import quadratic_form
+
+Objective = Literal["predictive", "likelihood"]
+
+# where the search begins, and how far its first steps reach, on each parameter's scale
+_SCALES = {"log": (np.log, np.exp), "logit": (lambda p: math.log(p / (1 - p)), lambda x: 1 / (1 + math.exp(-x)))}
+_STARTS = {"stay": 0.95, "evidence_floor": 0.02}
+_CONTROL_WEIGHTS = np.geomspace(0.1, 1000.0, 9)
+_FIRST_STEP = 0.7
+_WORST = -745.0
+
+
+@dataclass(frozen=True, eq=False)
+class LabelledEvidence:
+    """Evidence together with the goal that was pursued, where it is known.
+
+    Parameters
+    ----------
+    evidence : GoalEvidence
+        Rows, all of them restarting.
+    true_goal : (sample,) int64
+        Index of the goal pursued at each sample; -1 where it is not known.
+    weight : (sample,) float64
+        How much each sample counts; zero where the goal is not known. Sums to one.
+    """
+
+    evidence: GoalEvidence
+    true_goal: Int[np.ndarray, " sample"]
+    weight: Float[np.ndarray, " sample"]
+
+    def __post_init__(self) -> None:
+        if not (self.weight > 0).any():
+            raise ModelError("no sample has a known goal, so there is nothing to fit; the log needs segments with true_goal")
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A fitted model and how it was found.
+
+    Parameters
+    ----------
+    model : GoalModel
+        With the fitted parameters.
+    objective : {"predictive", "likelihood"}
+        What was maximised.
+    value : float
+        The mean log posterior of the true goal, or the mean log likelihood of a control, at the maximum.
+    evaluations : int
+        How often the objective was evaluated.
+    converged : bool
+        Whether the search stopped by its own tolerance.
+    """
+
+    model: GoalModel
+    objective: Objective
+    value: float
+    evaluations: int
+    converged: bool
+
+
+def fit_goals(
+    model: GoalModel,
+    data: LabelledEvidence,
+    *,
+    objective: Objective = "predictive",
+    fixed: Collection[str] = (),
+    start_here: bool = False,
+) -> Fit:
+    """Return the model with its parameters fitted to motion whose goals are known.
+
+    ``predictive`` maximises the weighted mean log posterior of the true goal over all samples: what a user of the
+    posterior is scored by. The posterior depends on the product of rationality and tempering only, so for goal-lqr that
+    product is fitted, together with the control weight, ``stay`` and the evidence floor; then rationality is set to its
+    likelihood estimate at that control weight, and tempering to what remains. On people, whose residuals are correlated
+    from sample to sample, it is far from 1.
+
+    ``likelihood`` (goal-lqr only) maximises the likelihood (22) of the controls given the true goals; tempering is 1 and
+    there is no evidence floor.
+
+    Parameters
+    ----------
+    model : GoalModel
+        Its parameters in `fixed` stay; the others that the class lists in ``fitted`` are fitted.
+    data : LabelledEvidence
+        What to fit to.
+    objective : {"predictive", "likelihood"}
+        What to maximise.
+    fixed : collection of str
+        Parameters to leave as they are.
+    start_here : bool
+        Begin at the model's own parameters, as a fold of a cross-validation does, and not at a coarse search.
+
+    Raises
+    ------
+    ModelError
+        Where nothing is left to fit, or the model has no such objective.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalDesign, GoalLQR
+    >>> rng = np.random.default_rng(0)
+    >>> design = GoalDesign.random(rng, rows=60, samples=30)
+    >>> evidence = GoalLQR(control_weight=5.0, rationality=0.5).simulate(design, rng)
+    >>> true_goal = np.repeat(design.true_goal, design.row_size)
+    >>> data = LabelledEvidence(evidence, true_goal, np.full(len(true_goal), 1 / len(true_goal)))
+    >>> fitted = fit_goals(GoalLQR(), data, objective="likelihood").model
+    >>> abs(fitted.control_weight / 5 - 1) < 0.2, abs(fitted.rationality / 0.5 - 1) < 0.2
+    (True, True)
+    """
+    if objective not in ("predictive", "likelihood"):
+        raise ModelError(f"unknown objective {objective!r}: expected 'predictive' or 'likelihood'")
+    if objective == "likelihood":
+        if not isinstance(model, GoalLQR) or model.agent is not None:
+            raise ModelError("the likelihood objective is that of goal-lqr with its own parameters; use 'predictive'")
+        return _fit_likelihood(model, data, fixed)
+    free = [name for name in model.fitted if name not in fixed]
+    if isinstance(model, GoalLQR) and model.agent is not None:
+        # the matrices are the user's own; how evidence is weighed is still open
+        free = [name for name in ("tempering", "stay", "evidence_floor") if name not in fixed]
+    if not free:
+        raise ModelError(f"model {model.name!r} has nothing left to fit: free are {', '.join(model.fitted) or 'none'}")
+    return _fit_predictive(model, data, free, fixed, start_here=start_here)
+
+
+def predictive_score(model: GoalModel, data: LabelledEvidence) -> float:
+    """Return the weighted mean log posterior of the true goal; -745 (the log of the least float) stands for -inf."""
+    counted = np.flatnonzero(data.weight > 0)
+    log_posterior = infer_goals(model, data.evidence).log_posterior[counted, data.true_goal[counted]]
+    return float(np.maximum(log_posterior, _WORST) @ data.weight[counted])
+
+
+def _fit_predictive(
+    model: GoalModel, data: LabelledEvidence, free: list[str], fixed: Collection[str], *, start_here: bool
+) -> Fit:
+    if not start_here:
+        starts = {name: value for name, value in _STARTS.items() if name in free}
+        model = dataclasses.replace(model, **starts)  # type: ignore[type-var]
+        model = _coarse_start(model, data, free)
+    merged = isinstance(model, GoalLQR) and model.agent is None and "rationality" in free and "tempering" not in fixed
+    if merged and isinstance(model, GoalLQR):
+        model = dataclasses.replace(model, rationality=model.rationality * model.tempering, tempering=1.0)
+    base = model
+    scales = [{**model.fitted, "tempering": "log"}[name] for name in free]
+
+    def at(point: Float[np.ndarray, " free"]) -> GoalModel:
+        values = {name: float(_SCALES[scale][1](x)) for name, scale, x in zip(free, scales, point, strict=True)}
+        changed: GoalModel = dataclasses.replace(base, **values)  # type: ignore[type-var]
+        return changed
+
+    start = np.array([_SCALES[scale][0](getattr(base, name)) for name, scale in zip(free, scales, strict=True)])
+    point, value, evaluations, converged = _climb(lambda x: predictive_score(at(x), data), start)
+    fitted = at(point)
+    if merged and isinstance(fitted, GoalLQR):
+        beta, _ = _control_likelihood(fitted, data, fit_rationality=True)
+        fitted = dataclasses.replace(fitted, rationality=beta, tempering=fitted.rationality / beta)
+    return Fit(fitted, "predictive", value, evaluations, converged)
+
+
+def _coarse_start(model: GoalModel, data: LabelledEvidence, free: list[str]) -> GoalModel:
+    """Return the best of a few control weights, each with the rationality that its likelihood asks for, tempered."""
+    candidates: list[GoalModel] = []
+    if isinstance(model, GoalLQR) and model.agent is None and {"control_weight", "rationality"} & set(free):
+        weights = _CONTROL_WEIGHTS if "control_weight" in free else [model.control_weight]
+        for weight in weights:
+            agent = dataclasses.replace(model, control_weight=float(weight))
+            beta = _control_likelihood(agent, data, fit_rationality=True)[0] if "rationality" in free else model.rationality
+            tempers = (1.0, 0.3, 0.1) if "rationality" in free else (1.0,)
+            candidates += [dataclasses.replace(agent, rationality=beta * temper) for temper in tempers]
+    else:
+        positive = [name for name in free if model.fitted.get(name) == "log"]
+        for factor in (0.1, 0.3, 1.0, 3.0, 10.0):
+            candidates.append(
+                dataclasses.replace(model, **{name: getattr(model, name) * factor for name in positive})  # type: ignore[type-var]
+            )
+    return max(candidates, key=lambda candidate: predictive_score(candidate, data))
+
+
+def _fit_likelihood(model: GoalLQR, data: LabelledEvidence, fixed: Collection[str]) -> Fit:
+    free = [name for name in ("control_weight", "rationality") if name not in fixed]
+    if not free:
+        raise ModelError("control_weight and rationality are both fixed, so the likelihood has nothing to fit")
+    model = dataclasses.replace(model, tempering=1.0, evidence_floor=0.0)
+
+    def profile(point: Float[np.ndarray, " 1"]) -> float:
+        candidate = dataclasses.replace(model, control_weight=float(np.exp(point[0])))
+        return _control_likelihood(candidate, data, fit_rationality="rationality" in free)[1]
+
+    evaluations, converged = 1, True
+    if "control_weight" in free:
+        best = max(np.log(_CONTROL_WEIGHTS), key=lambda start: profile(np.array([start])))
+        point, _, evaluations, converged = _climb(profile, np.array([best]))
+        model = dataclasses.replace(model, control_weight=float(np.exp(point[0])))
+    beta, value = _control_likelihood(model, data, fit_rationality="rationality" in free)
+    return Fit(dataclasses.replace(model, rationality=beta), "likelihood", value, evaluations, converged)
+
+
+def _control_likelihood(model: GoalLQR, data: LabelledEvidence, *, fit_rationality: bool) -> tuple[float, float]:
+    """Return the rationality and the weighted mean log likelihood of the controls given the true goals.
+
+    With e the residual of a control, the mean of log p is 1/2 log det(2 beta S / 2 pi) - beta E[e'Se], whose maximum
+    lies at beta = m / (2 E[e'Se]).
+    """
+    evidence = data.evidence
+    agent = model.agent_at(evidence.dt, evidence.position.shape[1])
+    motion = causal_motion(evidence, agent.dynamics)
+    counted = np.flatnonzero((data.weight > 0) & motion.informative)
+    if len(counted) == 0:
+        raise ModelError("no labelled sample tells of a control; rows need at least two samples")
+    weight = data.weight[counted] / data.weight[counted].sum()
+    goals = evidence.goals[evidence.row_of_sample[counted], data.true_goal[counted]]
+    best = agent.mean_control(motion.state[counted], agent.dynamics.goal_states(goals))
+    mean_square = float(weight @ quadratic_form(motion.control[counted] - best, agent.S))
+    if not mean_square > 0:
+        raise ModelError("the controls follow the model without any noise (or there is no motion): no rationality fits")
+    m = agent.dynamics.controls
+    beta = 0.5 * m / mean_square if fit_rationality else model.rationality
+    _, log_determinant = np.linalg.slogdet(agent.S)
+    value = 0.5 * (float(log_determinant) + m * math.log(beta / math.pi)) - beta * mean_square
+    return beta, value
+
+
+def _climb(
+    objective: object, start: Float[np.ndarray, " free"]
+) -> tuple[Float[np.ndarray, " free"], float, int, bool]:
+    from scipy.optimize import minimize
+
+    simplex = np.vstack([start, start + _FIRST_STEP * np.eye(len(start))])
+    found = minimize(
+        lambda point: -objective(point),  # type: ignore[operator]
+        start,
+        method="Nelder-Mead",
+        options={"initial_simplex": simplex, "xatol": 2e-3, "fatol": 1e-6, "maxfev": 300 * len(start)},
+    )
+    return found.x, -float(found.fun), int(found.nfev), bool(found.success)

@@ -1,0 +1,20 @@
+"""How long-running functions tell how far they are."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+
+class ProgressCallback(Protocol):
+    """What long-running functions call with how much is done and how much there is."""
+
+    def __call__(self, done: int, total: int, /) -> None: ...
+
+
+def silent(done: int, total: int, /) -> None:
+    """Say nothing.
+
+    Examples
+    --------
+    >>> silent(1, 2)
+    """

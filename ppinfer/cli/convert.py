@@ -56,7 +56,9 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("source", metavar="SOURCE", type=Path, help="the file or folder to read")
-    parser.add_argument("-o", "--output", metavar="LOG.nc", type=Path, required=True, help="the log: .nc or .zarr")
+    parser.add_argument(
+        "-o", "--output", metavar="LOG.nc", type=Path, required=True, help="the log: .nc or .zarr"
+    )
     parser.add_argument("--from", dest="reader", choices=READER_NAMES, required=True, help="what SOURCE is")
     parser.add_argument("--mapping", metavar="M.toml", type=Path, help="what the columns are (only for tidy)")
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of text")

@@ -8,6 +8,7 @@ from ppinfer.studies.file_checks import validate_file
 from ppinfer.studies.readers import READERS, read_study
 from ppinfer.studies.readers.eth import read_eth
 from ppinfer.studies.readers.reaching_study import read_reaching_study
+from ppinfer.studies.readers.tidy import read_tidy
 from ppinfer.studies.recording import Recording, RecordingWriter, load_recording, read_recording
 from ppinfer.studies.recording_lines import RecordingHeader
 from ppinfer.studies.storage import open_log, read_log, write_log
@@ -37,6 +38,7 @@ __all__ = [
     "read_reaching_study",
     "read_recording",
     "read_study",
+    "read_tidy",
     "validate_file",
     "validate_log",
     "write_log",

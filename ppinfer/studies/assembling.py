@@ -54,8 +54,8 @@ def build_log(
 ) -> xr.Dataset:
     """Assemble a study log from flat arrays, refusing those whose shapes do not fit together.
 
-    Shapes are checked here; what the numbers say (times that increase, positions without NaN, goals that are there)
-    is checked by `ppinfer.studies.validate_log`, which `ppinfer.studies.write_log` runs.
+    Shapes are checked here; what the numbers say (times that increase, positions without NaN, goals that are
+    there) is checked by `ppinfer.studies.validate_log`, which `ppinfer.studies.write_log` runs.
 
     Parameters
     ----------
@@ -70,10 +70,11 @@ def build_log(
     trial_id, participant
         Names; by default trials are numbered, and each trial is a participant of its own.
     observed
-        Shape (sample, agent): 1 = seen, 0 = dropout; by default an agent is unseen where its whole position is NaN.
+        Shape (sample, agent): 1 = seen, 0 = dropout; by default an agent is unseen where its whole position
+        is NaN.
     velocity, has_velocity, control, has_control
-        Shapes (sample, agent, space) and (agent): what was logged, in ``position_units`` a second (control: as the study defines it), and for which agents;
-        by default those with any number in them.
+        Shapes (sample, agent, space) and (agent): what was logged, in ``position_units`` a second (control:
+        as the study defines it), and for which agents; by default those with any number in them.
     goal_position
         Shape (goal, space) for goals common to the study, (trial, goal, space), or (sample, goal, space).
     goal_present
@@ -83,11 +84,11 @@ def build_log(
     controller, instruction
         Shape (trial, agent), or a mapping from agent to the one value of the study.
     segment_trial, segment_agent, segment_start, segment_stop, true_goal
-        Stretches of one agent's motion in trial ``segment_trial``, half-open sample indices within the trial, and
-        the goal that each led to (empty = unknown).
+        Stretches of one agent's motion in trial ``segment_trial``, half-open sample indices within the trial,
+        and the goal that each led to (empty = unknown).
     variables
-        Further variables by name: (dimensions, values) or (dimensions, values, attributes). Text along ``sample`` is
-        better coded as small integers with CF's ``flag_values`` and ``flag_meanings``.
+        Further variables by name: (dimensions, values) or (dimensions, values, attributes). Text along
+        ``sample`` is better coded as small integers with CF's ``flag_values`` and ``flag_meanings``.
     position_units, title, source, configuration, attrs
         Attributes of the log; ``configuration`` becomes JSON text.
 
@@ -112,7 +113,13 @@ def build_log(
     """
     rows = _array("row_size", row_size, "int64", (None,))
     n_trials, n_samples = rows.size, int(rows.sum())
-    sizes = {"trial": n_trials, "sample": n_samples, "agent": len(agents), "space": len(space), "goal": len(goals)}
+    sizes = {
+        "trial": n_trials,
+        "sample": n_samples,
+        "agent": len(agents),
+        "space": len(space),
+        "goal": len(goals),
+    }
     sizes["segment"] = np.size(segment_trial)
     positions = np.asarray(position, np.float64)
 
@@ -121,7 +128,9 @@ def build_log(
         "space": space,
         "trial_id": [str(index) for index in range(n_trials)] if trial_id is None else trial_id,
         "row_size": rows,
-        "participant": [f"participant-{index}" for index in range(n_trials)] if participant is None else participant,
+        "participant": [f"participant-{index}" for index in range(n_trials)]
+        if participant is None
+        else participant,
         "condition": condition,
         "round": round,
         "seed": seed,
@@ -206,7 +215,9 @@ def _describe(log: xr.Dataset, position_units: str) -> None:
         log["velocity"].attrs["units"] = f"{position_units} s-1"
 
 
-def _array(name: str, value: ArrayLike, kind: str, shape: tuple[int | None, ...]) -> Shaped[np.ndarray, "..."]:
+def _array(
+    name: str, value: ArrayLike, kind: str, shape: tuple[int | None, ...]
+) -> Shaped[np.ndarray, "*any"]:
     try:
         array = _text(name, value) if kind == "str" else _number(name, value, kind)
     except (TypeError, ValueError, OverflowError) as error:
@@ -219,7 +230,7 @@ def _array(name: str, value: ArrayLike, kind: str, shape: tuple[int | None, ...]
     return array
 
 
-def _text(name: str, value: ArrayLike) -> Shaped[np.ndarray, "..."]:
+def _text(name: str, value: ArrayLike) -> Shaped[np.ndarray, "*any"]:
     array = np.asarray(value, dtype=object)
     wrong = [item for item in array.ravel().tolist() if not isinstance(item, str)]
     if wrong:
@@ -227,7 +238,7 @@ def _text(name: str, value: ArrayLike) -> Shaped[np.ndarray, "..."]:
     return array
 
 
-def _number(name: str, value: ArrayLike, kind: str) -> Shaped[np.ndarray, "..."]:
+def _number(name: str, value: ArrayLike, kind: str) -> Shaped[np.ndarray, "*any"]:
     array = np.asarray(value)
     if array.size and array.dtype.kind not in "biuf":
         raise LogError(f"{name}: expected {kind} values, got values of type {array.dtype}")
@@ -265,7 +276,7 @@ def _per_agent(
 
 def _study_variable(
     name: str, dims: tuple[str, ...], value: Any, sizes: Mapping[str, int]
-) -> Shaped[np.ndarray, "..."]:
+) -> Shaped[np.ndarray, "*any"]:
     if name in VARIABLES:
         raise LogError(f"variables: {name!r} is a variable of the log's own; give it as {name}=")
     array = np.asarray(value)
@@ -274,7 +285,9 @@ def _study_variable(
     elif array.dtype.kind == "b":
         array = array.astype(np.int8)
     elif array.dtype.kind not in "iuf":
-        raise LogError(f"variables: {name!r} holds values of type {array.dtype}; numbers or text are expected")
+        raise LogError(
+            f"variables: {name!r} holds values of type {array.dtype}; numbers or text are expected"
+        )
     expected = tuple(sizes.get(dim, size) for dim, size in zip(dims, array.shape, strict=False))
     if array.ndim != len(dims) or array.shape != expected:
         raise LogError(f"variables: {name!r} on {dims}: expected shape {expected}, got {array.shape}")

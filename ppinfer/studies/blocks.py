@@ -29,13 +29,14 @@ def iter_blocks(
     max_samples
         Most samples in a block; a trial that is longer is a block of its own.
     variables
-        Which variables along ``sample`` to read; by default all. The others (on trials, goals, segments) always come.
+        Which variables along ``sample`` to read; by default all. The others (on trials, goals, segments)
+        always come.
 
     Yields
     ------
     xarray.Dataset
-        Some whole trials in memory, with their segments: ``segment_trial`` counts within the block. The attributes
-        ``first_trial`` and ``first_sample`` say where the block begins in the log.
+        Some whole trials in memory, with their segments: ``segment_trial`` counts within the block. The
+        attributes ``first_trial`` and ``first_sample`` say where the block begins in the log.
 
     Raises
     ------
@@ -45,7 +46,8 @@ def iter_blocks(
     Examples
     --------
     >>> from ppinfer.studies import build_log
-    >>> log = build_log(agents=["human"], row_size=[2, 1, 1], time=[0.0, 0.1, 0.0, 0.0], position=np.zeros((4, 1, 2)))
+    >>> log = build_log(agents=["human"], row_size=[2, 1, 1], time=[0.0, 0.1, 0.0, 0.0],
+    ...                 position=np.zeros((4, 1, 2)))
     >>> [block.row_size.values.tolist() for block in iter_blocks(log, max_samples=3)]
     [[2, 1], [1]]
     """
@@ -78,19 +80,25 @@ def block_edges(row_size: Int[np.ndarray, " trial"], max_samples: int) -> Int[np
     return np.array(edges)
 
 
-def _blocks(log: xr.Dataset, max_samples: int, names: Sequence[str] | None, source: Path) -> Iterator[xr.Dataset]:
+def _blocks(
+    log: xr.Dataset, max_samples: int, names: Sequence[str] | None, source: Path
+) -> Iterator[xr.Dataset]:
     with told_as_log_error(source):
         still = log.drop_dims("sample").load()
     row_size = still["row_size"].values
     if (row_size < 1).any() or row_size.sum() != log.sizes["sample"]:
         raise LogError(
-            f"{source}: row_size holds {row_size.size} trials of {row_size.sum()} samples together, but there are "
-            f"{log.sizes['sample']} samples; run 'ppinfer validate' on it"
+            f"{source}: row_size holds {row_size.size} trials of {row_size.sum()} samples together, but "
+            f"there are {log.sizes['sample']} samples; run 'ppinfer validate' on it"
         )
-    along = [str(name) for name in log.data_vars if "sample" in log[name].dims and (names is None or name in names)]
+    along = [
+        str(name) for name in log.data_vars if "sample" in log[name].dims and (names is None or name in names)
+    ]
     missing = sorted(set(names or ()) - set(map(str, log.variables)))
     if missing:
-        raise LogError(f"{source}: there are no variables {missing}; the log has {sorted(map(str, log.data_vars))}")
+        raise LogError(
+            f"{source}: there are no variables {missing}; the log has {sorted(map(str, log.data_vars))}"
+        )
     offsets = np.concatenate([[0], np.cumsum(row_size)])
     by_trial = np.argsort(still["segment_trial"].values, kind="stable") if "segment_trial" in still else None
     sorted_trial = still["segment_trial"].values[by_trial] if by_trial is not None else None

@@ -36,7 +36,9 @@ def file_sha256(path: str | os.PathLike[str]) -> str:
     source = Path(path)
     if source.is_dir():
         whole = hashlib.sha256()
-        for name in sorted(item.relative_to(source).as_posix() for item in source.rglob("*") if item.is_file()):
+        for name in sorted(
+            item.relative_to(source).as_posix() for item in source.rglob("*") if item.is_file()
+        ):
             whole.update(f"{name}\n{file_sha256(source / name)}\n".encode())
         return whole.hexdigest()
     try:
@@ -49,15 +51,15 @@ def file_sha256(path: str | os.PathLike[str]) -> str:
 class ContentDigest:
     """SHA-256 of a log's content, taken variable by variable and slab by slab.
 
-    Each variable has a running digest of its bytes in row order; the whole is the digest of all variables' names,
-    dimensions, types, shapes, attributes and digests, and of the log's attributes but the digest itself. So the same
-    log has the same digest in memory, in NetCDF and in Zarr.
+    Each variable has a running digest of its bytes in row order; the whole is the digest of all variables'
+    names, dimensions, types, shapes, attributes and digests, and of the log's attributes but the digest
+    itself. So the same log has the same digest in memory, in NetCDF and in Zarr.
     """
 
     def __init__(self) -> None:
         self._running: dict[str, hashlib._Hash] = {}
 
-    def update(self, name: str, values: Shaped[np.ndarray, "..."]) -> None:
+    def update(self, name: str, values: Shaped[np.ndarray, "*any"]) -> None:
         """Add the next rows of a variable."""
         running = self._running.setdefault(name, hashlib.sha256())
         kind = type_name(values.dtype)

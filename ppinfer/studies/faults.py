@@ -36,8 +36,8 @@ class Fault:
 
     Examples
     --------
-    >>> print(Fault("not-finite", "position is inf", "mark it as a dropout", trial="a", sample=3, column="position"))
-    trial 'a': sample 3: column 'position': position is inf; mark it as a dropout
+    >>> print(Fault("not-finite", "position is inf", "mark a dropout", trial="a", sample=3, column="x"))
+    trial 'a': sample 3: column 'x': position is inf; mark a dropout
     """
 
     kind: str
@@ -63,7 +63,9 @@ class Fault:
 
 
 class FaultyLogError(LogError):
-    """A log or an input of one that has faults; ``faults`` lists them and ``counts`` says how many of each kind.
+    """A log, or an input of one, that has faults.
+
+    ``faults`` lists the first of each kind, ``counts`` says how many there are, ``lines`` has one line each.
 
     Examples
     --------
@@ -81,7 +83,9 @@ class FaultyLogError(LogError):
         first = str(self.faults[0]) if self.faults else ""
         if self.faults and self.faults[0].file is not None and first.startswith(source):
             first = first.removeprefix(source).lstrip("/: ")
-        text = f"{source}: 1 fault: {first}" if total == 1 else f"{source}: {total} faults; the first: {first}"
+        text = (
+            f"{source}: 1 fault: {first}" if total == 1 else f"{source}: {total} faults; the first: {first}"
+        )
         super().__init__(text)
 
 
@@ -184,7 +188,9 @@ class Report:
         """Raise `FaultyLogError` unless the log is sound."""
         if not self.ok:
             faults = Faults(self.faults)
-            faults.counts.update({kind: count - faults.counts[kind] for kind, count in self.fault_counts.items()})
+            faults.counts.update(
+                {kind: count - faults.counts[kind] for kind, count in self.fault_counts.items()}
+            )
             raise FaultyLogError(self.source, faults)
 
     def to_json(self) -> dict[str, Any]:
@@ -204,4 +210,8 @@ def _unlisted(listed: Iterable[Fault], counts: Mapping[str, int]) -> list[str]:
     told: Counter[str] = Counter()
     for fault in listed:
         told[fault.kind] += fault.count
-    return [f"... and {count - told[kind]} more of kind {kind}" for kind, count in counts.items() if count > told[kind]]
+    return [
+        f"... and {count - told[kind]} more of kind {kind}"
+        for kind, count in counts.items()
+        if count > told[kind]
+    ]

@@ -35,7 +35,9 @@ def _recording_report(source: Path) -> Report:
     try:
         recording = load_recording(source)
         if recording.dropped:
-            warnings.add(Fault("torn-line", recording.dropped, "the trial in hand was lost", file=source.name))
+            warnings.add(
+                Fault("torn-line", recording.dropped, "the trial in hand was lost", file=source.name)
+            )
         if not recording.trials:
             raise LogError(f"{source}: holds no whole trial")
         log = log_of_recording(recording.header, recording.trials)

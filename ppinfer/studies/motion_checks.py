@@ -41,7 +41,9 @@ class Rows:
         trial = int(np.searchsorted(self.offsets, at, side="right")) - 1
         return self.names[trial], at - int(self.offsets[trial])
 
-    def report(self, faults: Faults, kind: str, column: str, rows: np.ndarray, say: object, remedy: str) -> None:
+    def report(
+        self, faults: Faults, kind: str, column: str, rows: np.ndarray, say: object, remedy: str
+    ) -> None:
         """Count a fault at each row; ``say`` is a text, or a function from the row to one."""
 
         def describe(row: int) -> Fault:
@@ -80,7 +82,12 @@ def check_seen(observed: Shaped[np.ndarray, "sample agent"], rows: Rows, faults:
     """Report marks of observation that are neither 0 nor 1."""
     wrong = ((observed != 0) & (observed != 1)).any(axis=1)
     rows.report(
-        faults, "wrong-value", "observed", np.flatnonzero(wrong), lambda row: f"is {observed[row].tolist()}", "0 or 1"
+        faults,
+        "wrong-value",
+        "observed",
+        np.flatnonzero(wrong),
+        lambda row: f"is {observed[row].tolist()}",
+        "0 or 1",
     )
 
 
@@ -100,7 +107,9 @@ def check_positions(
             "not-finite",
             "position",
             np.flatnonzero(bad),
-            lambda row, index=index, agent=agent: f"of {agent!r} is {position[row, index].tolist()} where observed is 1",
+            lambda row, index=index, agent=agent: (
+                f"of {agent!r} is {position[row, index].tolist()} where observed is 1"
+            ),
             "mark it as a dropout (observed 0, position NaN) or correct it",
         )
         told = ~seen & ~np.isnan(position[:, index]).all(axis=-1)
@@ -109,7 +118,9 @@ def check_positions(
             "dropout-with-position",
             "position",
             np.flatnonzero(told),
-            lambda row, index=index, agent=agent: f"of {agent!r} is {position[row, index].tolist()} where observed is 0",
+            lambda row, index=index, agent=agent: (
+                f"of {agent!r} is {position[row, index].tolist()} where observed is 0"
+            ),
             "a dropout has no position: write NaN, or set observed to 1",
         )
 
@@ -132,7 +143,9 @@ def check_logged(
         else:
             bad = ~np.isnan(values[:, index]).all(axis=-1)
             say, remedy = f"of {agent!r} is given, but has_{name} is 0", f"write NaN, or set has_{name} to 1"
-        rows.report(faults, "not-finite" if has[index] == 1 else "not-logged", name, np.flatnonzero(bad), say, remedy)
+        rows.report(
+            faults, "not-finite" if has[index] == 1 else "not-logged", name, np.flatnonzero(bad), say, remedy
+        )
 
 
 def goal_faults(
@@ -172,7 +185,7 @@ def step_speeds(
     position: Float[np.ndarray, "sample agent space"],
     first_of_trial: Bool[np.ndarray, " sample"],
 ) -> Float[np.ndarray, "sample agent"]:
-    """Return how fast each agent moved since the sample before (float32; NaN where one of the two was not seen)."""
+    """Return how fast each agent moved since the sample before (float32; NaN where it was not seen)."""
     speeds = np.full(position.shape[:2], np.nan, np.float32)
     if time.size > 1:
         with np.errstate(all="ignore"):
@@ -183,6 +196,6 @@ def step_speeds(
 
 
 def jump_threshold(speeds: Float[np.ndarray, " sample"]) -> float:
-    """Return the speed above which a step is implausible for the agent that moved so (inf where none moved)."""
+    """Return the speed above which a step is implausible (inf where nothing moved)."""
     moving = speeds[np.isfinite(speeds) & (speeds > 0)]
     return JUMP_FACTOR * float(np.percentile(moving, JUMP_PERCENTILE)) if moving.size else np.inf

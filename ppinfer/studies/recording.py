@@ -1,4 +1,4 @@
-"""A study while it runs: JSON lines, one trial a line, flushed to the disk, so that a crash costs the trial in hand.
+"""A study while it runs: one trial a line, flushed to the disk, so that a crash costs the trial in hand.
 
 The first line describes the study; every line carries the CRC-32 of the rest of itself.
 """
@@ -32,7 +32,7 @@ from ppinfer.studies.validation import validate_log
 
 @dataclass(frozen=True)
 class Recording:
-    """A recording as it was read: its header, its trials, and what was dropped at its end (empty = nothing)."""
+    """A recording as it was read: header, trials, and what was dropped at its end (empty = nothing)."""
 
     header: RecordingHeader
     trials: tuple[Trial, ...]
@@ -54,8 +54,8 @@ class RecordingWriter:
     header
         What the study is.
     resume
-        Whether to continue a recording that is there: its header must be this one, a torn last line is cut off, and
-        ``completed`` says which trials need not be run again. Without a file it begins one.
+        Whether to continue a recording that is there: its header must be this one, a torn last line is cut
+        off, and ``completed`` says which trials need not be run again. Without a file it begins one.
 
     Attributes
     ----------
@@ -65,7 +65,8 @@ class RecordingWriter:
     Raises
     ------
     LogError
-        If the file exists and ``resume`` is false, belongs to another study, or is damaged before its last line.
+        If the file exists and ``resume`` is false, belongs to another study, or is damaged before its last
+        line.
 
     Examples
     --------
@@ -82,7 +83,9 @@ class RecordingWriter:
     ('a',)
     """
 
-    def __init__(self, path: str | os.PathLike[str], header: RecordingHeader, *, resume: bool = False) -> None:
+    def __init__(
+        self, path: str | os.PathLike[str], header: RecordingHeader, *, resume: bool = False
+    ) -> None:
         self.path = Path(path)
         self.header = header
         self.dropped = ""
@@ -127,8 +130,8 @@ class RecordingWriter:
         Raises
         ------
         LogError
-            If the trial is unsound by itself (shapes, times, numbers, labels) or its id was recorded before; nothing
-            is written.
+            If the trial is unsound by itself (shapes, times, numbers, labels) or its id was recorded before;
+            nothing is written.
         """
         if trial.trial_id in self._completed:
             raise LogError(f"{self.path}: trial {trial.trial_id!r} was recorded before; ids are unique")
@@ -147,7 +150,9 @@ class RecordingWriter:
             self.dropped = "line 1: a torn header: dropped" if content else ""
             return 0
         if not content.startswith(line):
-            raise LogError(f"{self.path}: is a recording of another study (its header differs); record to another name")
+            raise LogError(
+                f"{self.path}: is a recording of another study (its header differs); record to another name"
+            )
         recording = load_recording(self.path)
         self._completed, self.dropped = dict.fromkeys(recording.completed), recording.dropped
         return content.rfind(b"\n") + 1
@@ -188,7 +193,9 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
                 trials.append(told_trial(told, header))
         except (LogError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
             text = f"missing {error}" if isinstance(error, KeyError) else str(error)
-            faults.add(Fault("damaged-line", text, "restore the line from a copy", file=source.name, line=number))
+            faults.add(
+                Fault("damaged-line", text, "restore the line from a copy", file=source.name, line=number)
+            )
             if number == 1:
                 break
     faults.raise_if_any(str(source))
@@ -212,7 +219,9 @@ def read_recording(path: str | os.PathLike[str]) -> xr.Dataset:
     if not recording.trials:
         raise LogError(f"{path}: holds no whole trial")
     notes = f"{Path(path).name}: {recording.dropped}" if recording.dropped else ""
-    return log_of_recording(recording.header, recording.trials, {"source_sha256": file_sha256(path), "notes": notes})
+    return log_of_recording(
+        recording.header, recording.trials, {"source_sha256": file_sha256(path), "notes": notes}
+    )
 
 
 def is_recording(path: Path) -> bool:

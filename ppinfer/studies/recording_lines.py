@@ -1,4 +1,4 @@
-"""The lines of a recording: the header or a trial as one JSON object, led by the CRC-32 of the rest of the line."""
+"""The lines of a recording: the header or a trial as one JSON object, led by a CRC-32."""
 
 from __future__ import annotations
 
@@ -106,9 +106,12 @@ def told_header(told: Mapping[str, Any]) -> RecordingHeader:
             f"expected {RECORDING_FORMAT!r} version {RECORDING_VERSION}"
         )
     known = {item.name for item in fields(RecordingHeader)}
-    return RecordingHeader(
-        **{name: tuple(value) if isinstance(value, list) else value for name, value in told.items() if name in known}
-    )
+    values: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value
+        for name, value in told.items()
+        if name in known
+    }
+    return RecordingHeader(**values)
 
 
 def _trial_json(trial: Trial) -> dict[str, Any]:
@@ -128,7 +131,9 @@ def _trial_json(trial: Trial) -> dict[str, Any]:
     return told
 
 
-def _variable_json(dims: Sequence[str], values: Any, attrs: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def _variable_json(
+    dims: Sequence[str], values: Any, attrs: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
     array = np.asarray(values)
     kind = "str" if array.dtype.kind in "OUT" else ("int8" if array.dtype.kind == "b" else array.dtype.name)
     plain = {name: np.asarray(value).tolist() for name, value in (attrs or {}).items()}
@@ -150,7 +155,9 @@ def told_trial(told: Mapping[str, Any], header: RecordingHeader) -> Trial:
     given = dict(told)
     for name in _SAMPLED:
         if name in given:
-            given[name] = np.array(given[name], np.int8 if name in ("observed", "goal_present") else np.float64)
+            given[name] = np.array(
+                given[name], np.int8 if name in ("observed", "goal_present") else np.float64
+            )
     if given["position"].ndim != 3:
         raise ValueError(f"position has shape {given['position'].shape}, expected (sample, agent, space)")
     given["segments"] = tuple(Segment(**segment) for segment in given.get("segments", ()))

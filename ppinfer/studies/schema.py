@@ -1,7 +1,7 @@
 """The study log as a table: every variable that ppinfer knows, its dimensions, type and meaning.
 
-Storage, validation and the documentation all read this one table. A log may hold other variables besides (on any of
-its dimensions); they are kept as they are.
+Storage, validation and the documentation all read this one table. A log may hold other variables besides (on
+any of its dimensions); they are kept as they are.
 """
 
 from __future__ import annotations
@@ -75,7 +75,9 @@ VARIABLES: dict[str, VariableSpec] = {
             "float64",
             "where the goals are; NaN exactly where goal_present is 0",
         ),
-        VariableSpec("goal_present", (("trial", "goal"), ("sample", "goal")), "int8", "1 = the goal exists, 0 = absent"),
+        VariableSpec(
+            "goal_present", (("trial", "goal"), ("sample", "goal")), "int8", "1 = the goal exists, 0 = absent"
+        ),
         VariableSpec("segment_trial", _PER_SEGMENT, "int64", "index of the segment's trial"),
         VariableSpec("segment_agent", _PER_SEGMENT, "str", "label of the agent that moves"),
         VariableSpec("segment_start", _PER_SEGMENT, "int64", "first sample, counted within the trial"),
@@ -105,5 +107,7 @@ def schema_table() -> str:
     for spec in VARIABLES.values():
         dims = " or ".join(f"({', '.join(dims)})" for dims in spec.dims)
         meaning = f"{spec.meaning} ({spec.units})" if spec.units else spec.meaning
-        rows.append(f"| `{spec.name}` | {dims} | {spec.kind} | {'yes' if spec.required else ''} | {meaning} |")
+        rows.append(
+            f"| `{spec.name}` | {dims} | {spec.kind} | {'yes' if spec.required else ''} | {meaning} |"
+        )
     return "\n".join(rows)

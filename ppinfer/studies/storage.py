@@ -24,8 +24,9 @@ _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 def write_log(log: xr.Dataset, path: str | os.PathLike[str], *, validate: bool = True) -> None:
     """Write a study log as NetCDF4 (``.nc``) or Zarr v3 (``.zarr``), all or nothing.
 
-    It is written under a temporary name in the same folder, and renamed once it is whole. Numbers are compressed
-    and checksummed (Fletcher32, CRC32C); the digest of the whole content goes into the attribute ``content_sha256``.
+    It is written under a temporary name in the same folder, and renamed once it is whole. Numbers are
+    compressed and checksummed (Fletcher32, CRC32C); the digest of the whole content goes into the attribute
+    ``content_sha256``.
 
     Parameters
     ----------
@@ -78,7 +79,8 @@ def open_log(path: str | os.PathLike[str], *, load: bool = False, verify: bool =
     path
         A NetCDF4 file or a Zarr folder.
     load
-        Whether to read everything now and close the file; else close the dataset, or use it in a ``with`` block.
+        Whether to read everything now and close the file; else close the dataset, or use it in a ``with``
+        block.
     verify
         Whether to check the digest of the whole content against ``content_sha256`` (this reads the log once).
 
@@ -100,7 +102,7 @@ def open_log(path: str | os.PathLike[str], *, load: bool = False, verify: bool =
             if log.attrs.get("ppinfer_format") != FORMAT:
                 raise LogError(
                     f"{source}: is not a study log: attribute ppinfer_format is "
-                    f"{log.attrs.get('ppinfer_format')!r}, expected {FORMAT!r}; make one with 'ppinfer convert'"
+                    f"{log.attrs.get('ppinfer_format')!r}, expected {FORMAT!r}; see 'ppinfer convert'"
                 )
             if load:
                 log = log.load()
@@ -131,7 +133,7 @@ def read_log(path: str | os.PathLike[str]) -> xr.Dataset:
 
 
 def stated_format(path: Path) -> str | None:
-    """Return what a NetCDF file says it is (``"study-log"``, ``"posterior"``), or None where it cannot say."""
+    """Return what a NetCDF file says it is, e.g. ``"study-log"``, or None where it does not say."""
     import h5py
 
     try:
@@ -146,7 +148,9 @@ def stated_format(path: Path) -> str | None:
 def check_target(target: Path) -> str:
     """Return the suffix of a log to be written, refusing a name or folder that cannot work."""
     if target.suffix not in (".nc", ".zarr"):
-        raise LogError(f"{target}: a study log is written as .nc (NetCDF4) or .zarr (Zarr); give one of these suffixes")
+        raise LogError(
+            f"{target}: a study log is written as .nc (NetCDF4) or .zarr (Zarr); give one of these suffixes"
+        )
     if not target.parent.is_dir():
         raise LogError(f"{target}: there is no folder {str(target.parent)!r}; make it first")
     if target.suffix == ".nc" and target.is_dir():
@@ -227,7 +231,8 @@ def _write_zarr(log: xr.Dataset, path: Path) -> None:
     for name, variable in dict(log.variables).items():
         encoding[name] = {"compressors": [ZstdCodec(level=3), Crc32cCodec()]}
         if variable.dtype.kind == "O":
-            # xarray guesses the type of Python strings from the first one; where there is none it guesses numbers
+            # xarray guesses the type of Python strings from the first one; where there is none it guesses
+            # numbers
             text = xr.Variable(variable.dims, variable.values.astype(np.dtypes.StringDType()), variable.attrs)
             log = log.assign_coords({name: text}) if name in log.coords else log.assign({name: text})
         else:
@@ -241,7 +246,9 @@ def _open(source: Path) -> xr.Dataset:
     options: dict[str, Any] = {"decode_times": False, "decode_timedelta": False}
     if source.is_dir():
         if not (source / "zarr.json").is_file():
-            raise LogError(f"{source}: is a folder without zarr.json, so no study log; convert it with 'ppinfer convert'")
+            raise LogError(
+                f"{source}: is a folder without zarr.json, so no study log; convert it with 'ppinfer convert'"
+            )
         log = xr.open_dataset(source, engine="zarr", consolidated=False, chunks=None, **options)
     else:
         _refuse_other_files(source)
@@ -262,32 +269,38 @@ def _refuse_other_files(source: Path) -> None:
         raise LogError(f"{source}: the file is empty")
     if start != _HDF5_SIGNATURE:
         raise LogError(
-            f"{source}: is not a NetCDF4 file (it begins with {start!r}); convert other formats with 'ppinfer convert'"
+            f"{source}: is not a NetCDF4 file (it begins with {start!r}); other formats go "
+            "through 'ppinfer convert'"
         )
 
 
 def _verify(source: Path, log: xr.Dataset) -> None:
     stated = log.attrs.get(DIGEST_ATTR)
     if stated is None:
-        raise LogError(f"{source}: has no {DIGEST_ATTR}, so its content cannot be verified; write it with ppinfer")
+        raise LogError(
+            f"{source}: has no {DIGEST_ATTR}, so its content cannot be verified; write it with ppinfer"
+        )
     found = content_digest(log)
     if found != stated:
         raise LogError(
-            f"{source}: the content does not match its checksum (found {found[:12]}, stated {stated[:12]}): the file "
-            "is damaged or was edited; get it again from its source"
+            f"{source}: the content does not match its checksum (found {found[:12]}, stated {stated[:12]}): "
+            "the file is damaged or was edited; get it again from its source"
         )
 
 
 @contextmanager
 def told_as_log_error(source: Path) -> Iterator[None]:
-    # a damaged HDF5 or Zarr store fails in as many ways as it has bytes; all of them mean the same to the user
+    """Turn whatever goes wrong while a log is read into one `LogError` that names it."""
+    # a damaged HDF5 or Zarr store fails in as many ways as it has bytes; all of them mean the same to the
+    # user
     try:
         yield
     except PPInferError:
         raise
     except Exception as error:
         raise LogError(
-            f"{source}: cannot be read: {_reason(error)}; the file is truncated or damaged: get it again from its source"
+            f"{source}: cannot be read: {_reason(error)}; the file is truncated or damaged: "
+            "get it again from its source"
         ) from error
 
 

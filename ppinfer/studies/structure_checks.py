@@ -1,4 +1,4 @@
-"""Is this a study log at all? Its variables, dimensions and types, and what trials and segments say of each other."""
+"""Is this a study log at all? Its variables, dimensions and types, its trials and segments."""
 
 from __future__ import annotations
 
@@ -12,10 +12,16 @@ from ppinfer.studies.schema import FORMAT, FORMAT_VERSION, GROUPS, VARIABLES, Va
 
 
 def check_structure(log: xr.Dataset, faults: Faults) -> set[str]:
-    """Report missing variables, wrong dimensions and wrong types; return the names that may be used further."""
+    """Report missing variables, wrong dimensions and wrong types; return the usable names."""
     if log.attrs.get("ppinfer_format") != FORMAT:
         found = log.attrs.get("ppinfer_format")
-        faults.add(Fault("format", f"attribute ppinfer_format is {found!r}, expected {FORMAT!r}", "write it with ppinfer"))
+        faults.add(
+            Fault(
+                "format",
+                f"attribute ppinfer_format is {found!r}, expected {FORMAT!r}",
+                "write it with ppinfer",
+            )
+        )
     version = log.attrs.get("ppinfer_format_version")
     if not isinstance(version, int | np.integer) or version != FORMAT_VERSION:
         faults.add(
@@ -39,9 +45,15 @@ def check_structure(log: xr.Dataset, faults: Faults) -> set[str]:
     for name in sorted(present):
         if _is_well_formed(name, log.variables[name], faults):
             usable.add(name)
-    if {"goal_position", "goal_present"} <= usable and log["goal_position"].dims[0] != log["goal_present"].dims[0]:
+    if {"goal_position", "goal_present"} <= usable and log["goal_position"].dims[0] != log[
+        "goal_present"
+    ].dims[0]:
         message = f"is on {log['goal_present'].dims}, goal_position on {log['goal_position'].dims}"
-        faults.add(Fault("wrong-dimensions", message, "give both per trial or both per sample", column="goal_present"))
+        faults.add(
+            Fault(
+                "wrong-dimensions", message, "give both per trial or both per sample", column="goal_present"
+            )
+        )
         usable -= {"goal_position", "goal_present"}
     for name in ("agent", "space", "goal", "trial_id"):
         if name in usable:
@@ -51,7 +63,9 @@ def check_structure(log: xr.Dataset, faults: Faults) -> set[str]:
 
 def _missing(spec: VariableSpec, why: str) -> Fault:
     dims = " or ".join(f"({', '.join(dims)})" for dims in spec.dims)
-    return Fault("missing-variable", f"there is none; {why}", f"add {spec.name}{dims}, {spec.kind}", column=spec.name)
+    return Fault(
+        "missing-variable", f"there is none; {why}", f"add {spec.name}{dims}, {spec.kind}", column=spec.name
+    )
 
 
 def _is_well_formed(name: str, variable: xr.Variable, faults: Faults) -> bool:
@@ -99,7 +113,7 @@ def _check_unique(name: str, labels: np.ndarray, faults: Faults) -> None:
 
 
 def check_row_sizes(log: xr.Dataset, faults: Faults) -> bool:
-    """Report trials without samples and a total that is not the number of samples; return whether rows can be cut."""
+    """Report trials and samples that do not add up; return whether samples can be cut into trials."""
     row_size = log["row_size"].values
     names = trial_names(log)
     empty = np.flatnonzero(row_size < 1)
@@ -135,7 +149,7 @@ def trial_names(log: xr.Dataset) -> list[str]:
 
 
 def check_segments(log: xr.Dataset, faults: Faults) -> Bool[np.ndarray, " segment"]:
-    """Report segments of unknown trials, agents or goals, outside their trial, or overlapping; return the sound ones."""
+    """Report segments that do not fit their trial, the agents or the goals; return the sound ones."""
     trial, start, stop = (log[f"segment_{name}"].values for name in ("trial", "start", "stop"))
     agent, goal = log["segment_agent"].values.astype(str), log["true_goal"].values.astype(str)
     names, row_size = trial_names(log), log["row_size"].values
@@ -143,7 +157,9 @@ def check_segments(log: xr.Dataset, faults: Faults) -> Bool[np.ndarray, " segmen
 
     def report(kind: str, column: str, wrong: Bool[np.ndarray, " segment"], say: str, remedy: str) -> None:
         def describe(index: int) -> Fault:
-            told = say.format(trial=trial[index], agent=agent[index], goal=goal[index], start=start[index], stop=stop[index])
+            told = say.format(
+                trial=trial[index], agent=agent[index], goal=goal[index], start=start[index], stop=stop[index]
+            )
             where = names[trial[index]] if known_trial[index] else None
             sample = int(start[index]) if known_trial[index] else None
             return Fault(kind, f"segment {index}: {told}", remedy, trial=where, sample=sample, column=column)
@@ -151,7 +167,11 @@ def check_segments(log: xr.Dataset, faults: Faults) -> Bool[np.ndarray, " segmen
         faults.add_each(kind, np.flatnonzero(wrong).tolist(), describe)
 
     report(
-        "segment-trial", "segment_trial", ~known_trial, f"is of trial {{trial}}, but there are {row_size.size} trials", ""
+        "segment-trial",
+        "segment_trial",
+        ~known_trial,
+        f"is of trial {{trial}}, but there are {row_size.size} trials",
+        "",
     )
     agents = log["agent"].values.astype(str)
     listed = ", ".join(map(repr, agents.tolist()))
@@ -178,7 +198,9 @@ def check_segments(log: xr.Dataset, faults: Faults) -> Bool[np.ndarray, " segmen
     order = np.lexsort((start, agent, trial))
     same = (trial[order][1:] == trial[order][:-1]) & (agent[order][1:] == agent[order][:-1])
     overlapping = np.zeros(trial.size, bool)
-    overlapping[order[1:]] = same & (start[order][1:] < stop[order][:-1]) & inside[order][1:] & inside[order][:-1]
+    overlapping[order[1:]] = (
+        same & (start[order][1:] < stop[order][:-1]) & inside[order][1:] & inside[order][:-1]
+    )
     report(
         "segment-overlap",
         "segment_start",

@@ -50,8 +50,8 @@ class Trial:
     segments
         Stretches with known (or unknown) goals.
     variables
-        Further variables: name to (dimensions without ``trial``, values) or (dimensions, values, attributes); those
-        without ``sample`` are one value of the trial.
+        Further variables: name to (dimensions without ``trial``, values) or (dimensions, values, attributes);
+        those without ``sample`` are one value of the trial.
     """
 
     trial_id: str
@@ -140,8 +140,12 @@ def log_of_trials(
         round=_unless_unknown([trial.round for trial in trials], None),
         seed=_unless_unknown([trial.seed for trial in trials], None),
         outcome=_unless_unknown([trial.outcome for trial in trials], ""),
-        controller=_unless_unknown([[one.controller.get(agent, "") for agent in agents] for one in trials], ""),
-        instruction=_unless_unknown([[one.instruction.get(agent, "") for agent in agents] for one in trials], ""),
+        controller=_unless_unknown(
+            [[one.controller.get(agent, "") for agent in agents] for one in trials], ""
+        ),
+        instruction=_unless_unknown(
+            [[one.instruction.get(agent, "") for agent in agents] for one in trials], ""
+        ),
         segment_trial=[index for index, _ in segments],
         segment_agent=[segment.agent for _, segment in segments],
         segment_start=[segment.start for _, segment in segments],
@@ -157,7 +161,9 @@ def _end_to_end(name: str, arrays: Sequence[Any], trials: Sequence[Trial]) -> An
     if len(lacking) == len(trials):
         return None
     if lacking:
-        raise LogError(f"trial {lacking[0]!r} has no {name}, but other trials have; give NaN where it is not known")
+        raise LogError(
+            f"trial {lacking[0]!r} has no {name}, but other trials have; give NaN where it is not known"
+        )
     try:
         return np.concatenate(arrays)
     except ValueError as error:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,8 +46,8 @@ _BLOCK_SAMPLES = 500_000
 def validate_log(log: xr.Dataset | str | os.PathLike[str]) -> Report:
     """Find everything that is wrong with a study log.
 
-    A log on disk is read once, in blocks of whole trials, and its content is compared with its digest; of a log in
-    memory the digest is not looked at, since editing it is what memory is for.
+    A log on disk is read once, in blocks of whole trials, and its content is compared with its digest; of a
+    log in memory the digest is not looked at, since editing it is what memory is for.
 
     Parameters
     ----------
@@ -55,13 +57,13 @@ def validate_log(log: xr.Dataset | str | os.PathLike[str]) -> Report:
     Returns
     -------
     Report
-        ``faults``, ``warnings`` (implausible jumps, a missing digest), exact counts of each kind, and ``ok``. A file
-        that cannot be read at all is a report with one fault.
+        ``faults``, ``warnings`` (implausible jumps, a missing digest), exact counts of each kind, and ``ok``.
+        A file that cannot be read at all is a report with one fault.
 
     Examples
     --------
     >>> from ppinfer.studies import build_log
-    >>> log = build_log(agents=["human"], row_size=[2], time=[0.1, 0.1], position=np.zeros((2, 1, 2)), trial_id=["a"])
+    >>> log = build_log(agents=["human"], row_size=[2], time=[0.1, 0.1], position=np.zeros((2, 1, 2)))
     >>> print(validate_log(log).faults[0].kind)
     time-not-increasing
     """
@@ -94,24 +96,34 @@ class _Validation:
         usable = check_structure(self.log, self.faults)
         usable &= self._load_still()
         cut = "row_size" in usable and check_row_sizes(self.log, self.faults)
-        offsets = sample_offsets(self.log["row_size"].values) if cut else np.array([0, sizes.get("sample", 0)])
+        offsets = (
+            sample_offsets(self.log["row_size"].values) if cut else np.array([0, sizes.get("sample", 0)])
+        )
         names = trial_names(self.log) if cut else ["?"]
         self._check_samples(usable, offsets, names, cut)
-        needed = {"segment_trial", "segment_agent", "segment_start", "segment_stop", "true_goal", "agent", "row_size"}
+        needed = {
+            "segment_trial",
+            "segment_agent",
+            "segment_start",
+            "segment_stop",
+            "true_goal",
+            "agent",
+            "row_size",
+        }
         if needed <= usable:
             sound = check_segments(self.log, self.faults)
             if cut and {"goal", "goal_present"} <= usable:
                 self._check_true_goals(sound, offsets, names)
         if {"goal_position", "goal_present"} <= usable and "sample" not in self.log["goal_present"].dims:
             placed, present = self.log["goal_position"].values, self.log["goal_present"].values
+            ids = trial_names(self.log)
             for kind, column, wrong, message, remedy in goal_faults(placed, present):
-                ids = trial_names(self.log)
+                fault = Fault(kind, message, remedy, column=column)
                 self.faults.add_each(
                     kind,
                     np.flatnonzero(wrong).tolist(),
-                    lambda trial, kind=kind, column=column, message=message, remedy=remedy, ids=ids: Fault(
-                        kind, message, remedy, trial=ids[trial], column=column
-                    ),
+                    # bound now: the loop's next kind must not change what this one says
+                    partial(lambda fault, trial: replace(fault, trial=ids[trial]), fault),
                 )
         self._check_digest()
         return Report.of(self.source, self.faults, self.warnings, sizes)
@@ -130,7 +142,7 @@ class _Validation:
                     self.log[name] = (self.log[name].dims, values, self.log[name].attrs)
         return readable
 
-    def _read(self, name: str, rows: slice) -> Shaped[np.ndarray, "..."] | None:
+    def _read(self, name: str, rows: slice) -> Shaped[np.ndarray, "*any"] | None:
         if name in self.damaged:
             return None
         variable = self.log.variables[name]
@@ -157,8 +169,8 @@ class _Validation:
         along = [str(name) for name in log.variables if "sample" in log.variables[name].dims]
         leading = [name for name in along if log.variables[name].dims[0] == "sample"]
         for name in sorted(set(along) - set(leading)):
-            for rows in slabs(log, name):
-                self._read(name, rows[0] if rows else slice(None))
+            for slab in slabs(log, name):
+                self._read(name, slab[0] if slab else slice(None))
         agents = [str(name) for name in log["agent"].values.tolist()] if "agent" in usable else []
         speeds: list[Float[np.ndarray, "sample agent"]] = []
         for start, stop in self._blocks(offsets, cut):
@@ -179,7 +191,7 @@ class _Validation:
             yield from ((at, min(at + _BLOCK_SAMPLES, total)) for at in range(0, total, _BLOCK_SAMPLES))
             return
         edges = offsets[block_edges(np.diff(offsets), _BLOCK_SAMPLES)].tolist()
-        yield from zip(edges[:-1], edges[1:], strict=True)
+        yield from itertools.pairwise(edges)
 
     def _check_block(self, held: dict[str, np.ndarray], agents: list[str], rows: Rows, cut: bool) -> None:
         faults = self.faults
@@ -194,11 +206,17 @@ class _Validation:
                     has = self.log[f"has_{name}"].values
                     check_logged(name, held[name], has, held["observed"], agents, rows, faults)
         if {"goal_position", "goal_present"} <= set(held):
-            for kind, column, wrong, message, remedy in goal_faults(held["goal_position"], held["goal_present"]):
+            for kind, column, wrong, message, remedy in goal_faults(
+                held["goal_position"], held["goal_present"]
+            ):
                 rows.report(faults, kind, column, np.flatnonzero(wrong), message, remedy)
 
     def _warn_of_jumps(
-        self, speeds: Float[np.ndarray, "sample agent"], agents: list[str], offsets: np.ndarray, names: list[str]
+        self,
+        speeds: Float[np.ndarray, "sample agent"],
+        agents: list[str],
+        offsets: np.ndarray,
+        names: list[str],
     ) -> None:
         everywhere = Rows(offsets, names, 0, np.zeros(0, bool))
         for index, agent in enumerate(agents):
@@ -209,8 +227,8 @@ class _Validation:
                 self.warnings.add(
                     Fault(
                         "implausible-jump",
-                        f"{jumps.size} steps of {agent!r} are faster than {limit:.3g} a second ({JUMP_FACTOR:g} times "
-                        f"the {JUMP_PERCENTILE}th percentile of its speeds); this is the first",
+                        f"{jumps.size} steps of {agent!r} are faster than {limit:.3g} a second "
+                        f"({JUMP_FACTOR:g} times the {JUMP_PERCENTILE}th percentile of its speeds); this is the first",
                         "look at them; a marker that was lost is a dropout (observed 0)",
                         trial=trial,
                         sample=sample,
@@ -243,7 +261,9 @@ class _Validation:
             ),
         )
 
-    def _goal_absences(self, known: Any, at: Any, trial: Any, start: Any, stop: Any, offsets: np.ndarray) -> Any:
+    def _goal_absences(
+        self, known: Any, at: Any, trial: Any, start: Any, stop: Any, offsets: np.ndarray
+    ) -> Any:
         """Return, for each known segment, whether its true goal is present throughout."""
         present = self.log["goal_present"]
         if "sample" not in present.dims:
@@ -251,7 +271,9 @@ class _Validation:
         if "goal_present" in self.damaged:
             return np.ones(known.size, bool)
         # int8 flags: a byte a goal and sample, small beside a block of positions
-        absent = np.cumsum(np.vstack([np.zeros((1, present.sizes["goal"]), np.int64), present.values != 1]), axis=0)
+        absent = np.cumsum(
+            np.vstack([np.zeros((1, present.sizes["goal"]), np.int64), present.values != 1]), axis=0
+        )
         begin = offsets[trial]
         return absent[begin + stop, at[known]] == absent[begin + start, at[known]]
 
@@ -261,7 +283,12 @@ class _Validation:
         stated = self.log.attrs.get(DIGEST_ATTR)
         if stated is None:
             self.warnings.add(
-                Fault("no-checksum", f"there is no attribute {DIGEST_ATTR}", "damage to text would go unseen", file=self.source)
+                Fault(
+                    "no-checksum",
+                    f"there is no attribute {DIGEST_ATTR}",
+                    "damage to text would go unseen",
+                    file=self.source,
+                )
             )
         elif not self.damaged and self.digest.hexdigest(self.log) != stated:
             self.faults.add(

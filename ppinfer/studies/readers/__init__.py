@@ -17,7 +17,7 @@ from ppinfer.errors import LogError
 
 @dataclass(frozen=True)
 class Reader:
-    """Where a reader is (module and function) and what it reads; ``needs_mapping`` if it takes a column mapping."""
+    """Where a reader is, what it reads, and whether it takes a mapping of columns."""
 
     module: str
     function: str
@@ -32,11 +32,18 @@ class Reader:
 
 READERS: dict[str, Reader] = {
     "reaching-study": Reader(
-        "ppinfer.studies.readers.reaching_study", "read_reaching_study", "the folder of the 2023 reaching study"
+        "ppinfer.studies.readers.reaching_study",
+        "read_reaching_study",
+        "the folder of the 2023 reaching study",
     ),
-    "eth": Reader("ppinfer.studies.readers.eth", "read_eth", "an ETH/BIWI folder with obsmat.txt and destinations.txt"),
+    "eth": Reader(
+        "ppinfer.studies.readers.eth", "read_eth", "an ETH/BIWI folder with obsmat.txt and destinations.txt"
+    ),
     "tidy": Reader(
-        "ppinfer.studies.readers.tidy", "read_tidy", "a CSV or Parquet table, and a mapping of its columns", True
+        "ppinfer.studies.readers.tidy",
+        "read_tidy",
+        "a CSV or Parquet table, and a mapping of its columns",
+        True,
     ),
     "recording": Reader("ppinfer.studies.recording", "read_recording", "a JSON-lines recording of a study"),
 }
@@ -54,7 +61,11 @@ def read_study(source: Path, reader: str, *, mapping: Path | None = None) -> xr.
         raise LogError(f"there is no reader {reader!r}; choose one of {', '.join(READERS)}")
     known = READERS[reader]
     if known.needs_mapping != (mapping is not None):
-        told = "needs a mapping of its columns (--mapping M.toml)" if known.needs_mapping else "takes no --mapping"
+        told = (
+            "needs a mapping of its columns (--mapping M.toml)"
+            if known.needs_mapping
+            else "takes no --mapping"
+        )
         raise LogError(f"{source}: reader {reader!r} {told}")
     if not source.exists():
         raise LogError(f"{source}: there is no such file or folder")

@@ -21,14 +21,15 @@ SECONDS_PER_ANNOTATION = 0.4
 def read_eth(source: str | os.PathLike[str]) -> xr.Dataset:
     """Read one ETH/BIWI scene: a folder, or its ``obsmat.txt`` with ``destinations.txt`` beside it.
 
-    A person is a trial of agent ``human`` with one segment, whose ``true_goal`` is the destination nearest to the
-    last position. Time is frame x 0.4 s / (the usual step between a person's frames), so gaps keep their length. The
-    file's velocities are central differences, which look ahead: they are not kept.
+    A person is a trial of agent ``human`` with one segment, whose ``true_goal`` is the destination nearest to
+    the last position. Time is frame x 0.4 s / (the usual step between a person's frames), so gaps keep their
+    length. The file's velocities are central differences, which look ahead: they are not kept.
 
     Raises
     ------
     FaultyLogError
-        Listing the lines with a wrong number of cells, a cell that is no finite number, or a repeated person and frame.
+        Listing the lines with a wrong number of cells, a cell that is no finite number, or a repeated person
+        and frame.
     """
     given = Path(source)
     observations = given / "obsmat.txt" if given.is_dir() else given
@@ -37,7 +38,14 @@ def read_eth(source: str | os.PathLike[str]) -> xr.Dataset:
     table, lines = _read_table(observations, 8, faults)
     goals, _ = _read_table(destinations, 2, faults)
     if not faults and goals.shape[0] == 0:
-        faults.add(Fault("goals-missing", "holds no destination", "one line 'x y' a destination", file=destinations.name))
+        faults.add(
+            Fault(
+                "goals-missing",
+                "holds no destination",
+                "one line 'x y' a destination",
+                file=destinations.name,
+            )
+        )
     if not faults and table.shape[0] == 0:
         faults.add(Fault("empty", "holds no observation", file=observations.name))
     faults.raise_if_any(str(given))
@@ -105,7 +113,14 @@ def _read_table(
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not text"
-        faults.add(Fault("unreadable", f"cannot be read: {reason}", "a scene is obsmat.txt and destinations.txt", file=path.name))
+        faults.add(
+            Fault(
+                "unreadable",
+                f"cannot be read: {reason}",
+                "a scene is obsmat.txt and destinations.txt",
+                file=path.name,
+            )
+        )
         return empty
     rows: list[list[float]] = []
     numbers: list[int] = []

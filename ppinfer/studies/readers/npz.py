@@ -11,31 +11,37 @@ from jaxtyping import Shaped
 from ppinfer.studies.faults import Fault, Faults
 
 
-def read_npz(path: Path, file: str, faults: Faults) -> dict[str, Shaped[np.ndarray, "..."]] | None:
+def read_npz(path: Path, file: str, faults: Faults) -> dict[str, Shaped[np.ndarray, "*any"]] | None:
     """Return the arrays of an archive; what cannot be read is reported under the name ``file``.
 
     An array of Python objects would have to be unpickled, which can run any code: it is refused by name.
     """
     again = "the file is truncated or damaged: get it again from its source"
-    arrays: dict[str, Shaped[np.ndarray, "..."]] = {}
+    arrays: dict[str, Shaped[np.ndarray, "*any"]] = {}
     try:
         with path.open("rb") as opened, zipfile.ZipFile(opened) as archive:
             damaged = archive.testzip()
             if damaged is not None:
-                faults.add(Fault("unreadable", "its checksum does not match", again, file=file, column=damaged))
+                faults.add(
+                    Fault("unreadable", "its checksum does not match", again, file=file, column=damaged)
+                )
                 return None
             for member in archive.namelist():
                 with archive.open(member) as stream:
                     name = member.removesuffix(".npy")
                     if _is_pickled(stream):
                         told = "holds pickled Python objects, which are never loaded"
-                        faults.add(Fault("pickled", told, "save it as plain numbers or text", file=file, column=name))
+                        faults.add(
+                            Fault("pickled", told, "save it as plain numbers or text", file=file, column=name)
+                        )
                         continue
                 with archive.open(member) as stream:
                     arrays[name] = np.lib.format.read_array(stream, allow_pickle=False)
     except Exception as error:
         # a damaged archive fails in as many ways as it has bytes
-        faults.add(Fault("unreadable", f"cannot be read: {' '.join(str(error).split())[:120]}", again, file=file))
+        faults.add(
+            Fault("unreadable", f"cannot be read: {' '.join(str(error).split())[:120]}", again, file=file)
+        )
         return None
     return arrays
 

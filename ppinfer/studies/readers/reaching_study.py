@@ -1,4 +1,4 @@
-"""The 2023 reaching study: a person's wrist and a robot among three goals, one ``.npz`` file a game of 45 s."""
+"""The 2023 reaching study: a person's wrist and a robot among goals, an ``.npz`` file a game of 45 s."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class _Game:
     user: str
     robot: str
     round: int
-    arrays: Mapping[str, Shaped[np.ndarray, "..."]]
+    arrays: Mapping[str, Shaped[np.ndarray, "*any"]]
 
     @property
     def n_samples(self) -> int:
@@ -73,18 +73,19 @@ class _Game:
 
 
 def read_reaching_study(folder: str | os.PathLike[str]) -> xr.Dataset:
-    """Read the reaching study's folder: ``trials/user<ID>_<robot>_<n>.npz``, ``segments.csv`` and ``trials.csv``.
+    """Read the reaching study's folder.
 
-    A game is a trial with agents ``human`` and ``robot``, in workspace units and at 10 Hz. A row of ``segments.csv``
-    is a human segment [start, arrive) whose ``true_goal`` is ``h_goal``; rows with arrive <= start are left out and
-    listed in the attribute ``notes``. An agent's velocity that is zero throughout the study while the agent moves was
-    not logged (``has_velocity`` is 0).
+    It holds ``trials/user<ID>_<robot>_<n>.npz``, ``segments.csv`` and ``trials.csv``. A game is a trial with
+    agents ``human`` and ``robot``, in workspace units and at 10 Hz. A row of ``segments.csv`` is a human
+    segment [start, arrive) whose ``true_goal`` is ``h_goal``; rows with arrive <= start are left out and
+    listed in the attribute ``notes``. An agent's velocity that is zero throughout the study while the agent
+    moves was not logged (``has_velocity`` is 0).
 
     Raises
     ------
     FaultyLogError
-        Listing everything wrong with the folder: files that cannot be read or that hold pickled objects, arrays that
-        are missing or of the wrong shape, rows of the tables that do not fit the games.
+        Listing everything wrong with the folder: files that cannot be read or that hold pickled objects,
+        arrays that are missing or of the wrong shape, rows of the tables that do not fit the games.
     """
     source = Path(folder)
     faults, notes = Faults(), Faults()
@@ -103,8 +104,14 @@ def read_reaching_study(folder: str | os.PathLike[str]) -> xr.Dataset:
     for name in (*_PER_SAMPLE, *_PER_TRIAL):
         lacking = [game.name for game in games.values() if name not in game.arrays]
         if lacking:
-            notes.add(Fault("array-left-out", f"{name} is left out: {len(lacking)} games lack it, first {lacking[0]}"))
-    objectives = sorted({str(text) for game in games.values() for text in np.unique(game.arrays.get("r_objective", []))})
+            notes.add(
+                Fault(
+                    "array-left-out", f"{name} is left out: {len(lacking)} games lack it, first {lacking[0]}"
+                )
+            )
+    objectives = sorted(
+        {str(text) for game in games.values() for text in np.unique(game.arrays.get("r_objective", []))}
+    )
     trials = [_trial(game, kept, objectives, segments.get(game.name, [])) for game in games.values()]
     has_velocity = [_has_velocity(trials, index, agent, notes) for index, agent in enumerate(AGENTS)]
     trials = [_without_unlogged_velocity(trial, has_velocity) for trial in trials]
@@ -125,7 +132,9 @@ def _read_game(path: Path, source: Path, faults: Faults) -> _Game | None:
     file = path.relative_to(source).as_posix()
     match = _NAME.fullmatch(path.name)
     if match is None:
-        faults.add(Fault("file-name", "expected user<ID>_<robot>_<number>.npz", "rename or remove it", file=file))
+        faults.add(
+            Fault("file-name", "expected user<ID>_<robot>_<number>.npz", "rename or remove it", file=file)
+        )
         return None
     before = faults.total
     arrays = read_npz(path, file, faults)
@@ -134,22 +143,37 @@ def _read_game(path: Path, source: Path, faults: Faults) -> _Game | None:
     for name in _REQUIRED:
         if name not in arrays:
             faults.add(
-                Fault("missing-array", f"there is no such array; it has {sorted(arrays)}", file=file, column=name)
+                Fault(
+                    "missing-array",
+                    f"there is no such array; it has {sorted(arrays)}",
+                    file=file,
+                    column=name,
+                )
             )
     if faults.total > before:
         return None
     count, n_goals = arrays["xh"].shape[:1], arrays["goals"].shape[1:2]
-    expected: dict[str, tuple[int, ...]] = {"xh": (*count, 4), "xr": (*count, 4), "goals": (*count, *n_goals, 4)}
-    expected |= {name: (*count, *n_goals) for name in ("belief_nominal", "belief_robot")}
+    expected: dict[str, tuple[int, ...]] = {
+        "xh": (*count, 4),
+        "xr": (*count, 4),
+        "goals": (*count, *n_goals, 4),
+    }
+    expected |= dict.fromkeys(("belief_nominal", "belief_robot"), (*count, *n_goals))
     expected |= {name: count for name, (_, dims, _) in _PER_SAMPLE.items() if dims == ("sample",)}
-    expected |= {name: () for name in _PER_TRIAL}
+    expected |= dict.fromkeys(_PER_TRIAL, ())
     if "belief_beta" in arrays:
         expected["belief_beta"] = (*count, *n_goals, *arrays["belief_beta"].shape[2:3])
     for name, shape in expected.items():
-        if name in arrays and (arrays[name].shape != shape or len(shape) == 0 and name in _REQUIRED):
-            faults.add(Fault("wrong-shape", f"has shape {arrays[name].shape}, expected {shape}", file=file, column=name))
+        if name in arrays and (arrays[name].shape != shape or (len(shape) == 0 and name in _REQUIRED)):
+            faults.add(
+                Fault(
+                    "wrong-shape", f"has shape {arrays[name].shape}, expected {shape}", file=file, column=name
+                )
+            )
         elif name in arrays and (arrays[name].dtype.kind not in ("U" if name == "r_objective" else "biuf")):
-            faults.add(Fault("wrong-type", f"holds values of type {arrays[name].dtype}", file=file, column=name))
+            faults.add(
+                Fault("wrong-type", f"holds values of type {arrays[name].dtype}", file=file, column=name)
+            )
     if count == (0,):
         faults.add(Fault("empty", "the game has no samples", "remove it", file=file, column="xh"))
     if faults.total > before:
@@ -164,7 +188,12 @@ def _check_goal_counts(games: Mapping[str, _Game], faults: Faults) -> None:
         for name, count in counts.items():
             if count != usual:
                 faults.add(
-                    Fault("wrong-shape", f"has {count} goals, other games have {usual}", trial=name, column="goals")
+                    Fault(
+                        "wrong-shape",
+                        f"has {count} goals, other games have {usual}",
+                        trial=name,
+                        column="goals",
+                    )
                 )
 
 
@@ -200,9 +229,13 @@ def _whole(row: Mapping[str, str], column: str, line: int, file: str, faults: Fa
         return None
 
 
-def _check_lengths(path: Path, games: Mapping[str, _Game], unread: set[str], faults: Faults, notes: Faults) -> None:
+def _check_lengths(
+    path: Path, games: Mapping[str, _Game], unread: set[str], faults: Faults, notes: Faults
+) -> None:
     if not path.exists():
-        notes.add(Fault("no-table", "there is no such file; the games' lengths were not checked", file=path.name))
+        notes.add(
+            Fault("no-table", "there is no such file; the games' lengths were not checked", file=path.name)
+        )
         return
     listed = set()
     for line, row in _rows(path, ("user_id", "robot_type", "game_idx", "T"), faults):
@@ -217,18 +250,26 @@ def _check_lengths(path: Path, games: Mapping[str, _Game], unread: set[str], fau
             faults.add(Fault("wrong-length", told, file=path.name, line=line, column="T"))
     unlisted = sorted(set(games) - listed)
     if unlisted:
-        notes.add(Fault("unlisted", f"does not list {len(unlisted)} games, first {unlisted[0]}", file=path.name))
+        notes.add(
+            Fault("unlisted", f"does not list {len(unlisted)} games, first {unlisted[0]}", file=path.name)
+        )
 
 
 def _read_segments(
     path: Path, games: Mapping[str, _Game], unread: set[str], faults: Faults, notes: Faults
 ) -> dict[str, list[Segment]]:
     if not path.exists():
-        notes.add(Fault("no-table", "there is no such file; the log has no segments to be scored on", file=path.name))
+        notes.add(
+            Fault(
+                "no-table", "there is no such file; the log has no segments to be scored on", file=path.name
+            )
+        )
         return {}
     segments: dict[str, list[Segment]] = {}
     for line, row in _rows(path, _SEGMENT_COLUMNS, faults):
-        start, arrive, goal = (_whole(row, name, line, path.name, faults) for name in ("start", "arrive", "h_goal"))
+        start, arrive, goal = (
+            _whole(row, name, line, path.name, faults) for name in ("start", "arrive", "h_goal")
+        )
         name = f"user{row['user_id']}_{row['robot_type']}_{row['game_idx']}"
         if name not in games:
             if name not in unread:
@@ -288,7 +329,10 @@ def _has_velocity(trials: Sequence[Trial], index: int, agent: str, notes: Faults
     logged = any((trial.velocity[:, index] != 0).any() for trial in trials if trial.velocity is not None)
     if moved and not logged:
         notes.add(
-            Fault("velocity-not-logged", f"velocities of {agent!r} are all 0 while it moves: taken as not logged")
+            Fault(
+                "velocity-not-logged",
+                f"velocities of {agent!r} are all 0 while it moves: taken as not logged",
+            )
         )
     return logged or not moved
 

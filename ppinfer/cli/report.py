@@ -1,0 +1,72 @@
+"""``ppinfer report``: a posterior as one page to read."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from ppinfer.cli.selection_options import add_selection_arguments, add_share_argument
+
+_DESCRIPTION = """\
+Write DIR/index.html, one self-contained page about a posterior: what it is, its scores, the
+posterior over time beside the paths of some trials, calibration, accuracy against the share of the
+path seen, and the participants. It is readable without a network; the figures are also written to
+DIR/figures. A page that an earlier run wrote to DIR is replaced; other files in it stay.
+"""
+
+_EPILOG = """\
+example:
+  ppinfer report POST.nc -o report --trials user3_cbp_0 user5_baseline_2
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    """Add the command and its arguments."""
+    parser = commands.add_parser(
+        "report",
+        help="one self-contained page with figures about a posterior",
+        description=_DESCRIPTION,
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("posterior", metavar="POST.nc", help="a posterior, as 'ppinfer infer' writes it")
+    parser.add_argument(
+        "-o", "--output", required=True, metavar="DIR", help="the folder that the page goes to"
+    )
+    parser.add_argument(
+        "--trials",
+        nargs="+",
+        metavar="ID",
+        help="trials to show (default: the best, a typical and the worst scored one)",
+    )
+    add_share_argument(parser)
+    add_selection_arguments(parser)
+    parser.add_argument("--json", action="store_true", help="print one JSON object about what was written")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the page and say where it is."""
+    from ppinfer.cli.output import print_json
+    from ppinfer.cli.progress import progress_bar
+    from ppinfer.report import write_report
+
+    with progress_bar("drawing") as progress:
+        report = write_report(
+            args.posterior,
+            args.output,
+            trials=args.trials,
+            at=args.at,
+            min_samples=args.min_samples,
+            min_distance=args.min_distance,
+            participants=args.participants,
+            exclude=args.exclude,
+            progress=progress,
+        )
+    for warning in report.warnings:
+        print(f"ppinfer report: warning: {warning}", file=sys.stderr)
+    if args.json:
+        print_json(report.to_json())
+    else:
+        print(f"wrote {report.page} ({len(report.figures)} figures; trials: {', '.join(report.trials)})")
+    return 0

@@ -1,0 +1,48 @@
+"""Which trials a report shows when nobody says: a typical, the best and the worst scored one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Float
+
+from ppinfer.studies.scores import Scores
+
+
+@dataclass(frozen=True)
+class ChosenTrial:
+    """A trial to show and why."""
+
+    index: int
+    why: str
+
+
+def choose_trials(posterior: xr.Dataset, scores: Scores | None) -> list[ChosenTrial]:
+    """Choose trials by the mean log posterior of their true goals at the middle one of the shares.
+
+    The typical trial is the one next to the median. Without scores, the first, middle and last trials are
+    chosen. The choice depends on the numbers alone, so that a report can be made again.
+    """
+    n_trials = posterior.sizes["trial"]
+    if scores is None:
+        return [
+            ChosenTrial(index, "chosen by its place in the file")
+            for index in sorted({0, n_trials // 2, n_trials - 1})
+        ]
+    shares = scores.segments.sizes["at"]
+    logs: Float[np.ndarray, " segment"] = scores.segments["log_posterior"].values[shares // 2]
+    trial = posterior["segment_trial"].values[scores.segments["segment"].values]
+    trials, inverse = np.unique(trial, return_inverse=True)
+    value = np.bincount(inverse, weights=logs) / np.bincount(inverse)
+    ranked = np.lexsort((trials, value))
+    picks = {
+        "typical: its score is the median of the trials": ranked[(len(ranked) - 1) // 2],
+        "the best score of all trials": ranked[-1],
+        "the worst score of all trials": ranked[0],
+    }
+    chosen: dict[int, str] = {}
+    for why, pick in picks.items():
+        chosen.setdefault(int(trials[pick]), why)
+    return [ChosenTrial(index, why) for index, why in chosen.items()]

@@ -1,0 +1,51 @@
+import pytest
+
+from ppinfer.studies.posterior import write_posterior
+
+from ..studies.posteriors import make_posterior
+from .commands import checked_json, run_one
+
+
+@pytest.fixture
+def post(tmp_path):
+    write_posterior(make_posterior(), tmp_path / "post.nc")
+    return tmp_path / "post.nc"
+
+
+def test_json_says_what_was_written(post, tmp_path, capsys):
+    assert run_one("report", post, "-o", tmp_path / "out" / "report", "--trials", "t1", "--json") == 0
+    printed = checked_json("report", capsys.readouterr().out)
+    assert printed["page"] == str(tmp_path / "out" / "report" / "index.html")
+    assert printed["trials"] == ["t1"]
+    assert len(printed["figures"]) == 4
+    assert len(printed["scores"]) == 3
+
+
+def test_without_scores_json_has_nulls(tmp_path, capsys):
+    write_posterior(make_posterior(segments_per_trial=0), tmp_path / "p.nc")
+    assert run_one("report", tmp_path / "p.nc", "-o", tmp_path / "report", "--json") == 0
+    out, err = capsys.readouterr()
+    printed = checked_json("report", out)
+    assert printed["scores"] is None
+    assert printed["expected_calibration_error"] is None
+    assert "no segment can be scored" in err
+
+
+def test_the_line_names_the_page(post, tmp_path, capsys):
+    assert run_one("report", post, "-o", tmp_path / "report") == 0
+    assert f"wrote {tmp_path / 'report' / 'index.html'} (6 figures; trials: " in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("argv", "message"),
+    [
+        (["--trials", "nope"], "unknown trial 'nope'"),
+        (["--participants", "nope"], "unknown participant 'nope'"),
+    ],
+)
+def test_bad_requests_are_one_line_and_write_nothing(post, tmp_path, capsys, argv, message):
+    assert run_one("report", post, "-o", tmp_path / "report", *argv) == 1
+    err = capsys.readouterr().err
+    assert message in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "report").exists()

@@ -5,21 +5,23 @@ from pathlib import Path
 
 os.environ.setdefault("MPLBACKEND", "Agg")
 
+import pytest
 from hypothesis import HealthCheck, settings
 from jaxtyping import install_import_hook
 
 ROOT = Path(__file__).parents[1]
 
+# compiled kernels must not be wrapped; Hypothesis hands its strategies a `draw` that cannot be checked
+UNCHECKED = ("__init__", "scans", "strategies")
+
 
 def checked_modules() -> list[str]:
     """Name every module of the library whose annotations are checked, at run time, while tests run.
 
-    Packages are left out because naming one includes all below it, and compiled scans must not be wrapped.
+    Packages are left out because naming one includes all below it.
     """
     files = sorted((ROOT / "ppinfer").rglob("*.py"))
-    modules = [
-        file.relative_to(ROOT).with_suffix("") for file in files if file.stem not in ("__init__", "scans")
-    ]
+    modules = [file.relative_to(ROOT).with_suffix("") for file in files if file.stem not in UNCHECKED]
     return [".".join(module.parts) for module in modules]
 
 
@@ -34,3 +36,11 @@ settings.register_profile(
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
 settings.load_profile("ppinfer")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Allow the run-time checks to pick which item of a list they look at, even inside a strategy."""
+    config.addinivalue_line(
+        "filterwarnings",
+        "ignore:Do not use the `random` module:hypothesis.errors.HypothesisDeprecationWarning",
+    )

@@ -45,7 +45,7 @@ class Axis:
 
     __slots__ = ("_kind", "_labels", "_name", "_positions")
 
-    def __init__(self, name: str, labels: Sequence[Label] | np.ndarray | int) -> None:
+    def __init__(self, name: str, labels: Sequence[Any] | np.ndarray | int) -> None:
         if not isinstance(name, str) or not name.isidentifier():
             raise AxisError(
                 f"axis name {name!r} is not a Python identifier; labels are picked by keyword, "
@@ -90,7 +90,7 @@ class Axis:
     def __reduce__(self) -> tuple[Any, ...]:
         return (Axis, (self._name, self._labels))
 
-    def index(self, label: Label) -> int:
+    def index(self, label: Label | np.generic) -> int:
         """Return the position of a label.
 
         Parameters
@@ -108,20 +108,19 @@ class Axis:
         >>> Axis("goal", ["cup", "bowl"]).index("bowl")
         1
         """
-        if isinstance(label, np.generic):
-            label = label.item()
-        kind = type(label)
+        wanted: Any = label.item() if isinstance(label, np.generic) else label
+        kind = type(wanted)
         if kind is self._kind or (kind is int and self._kind is float):
             if isinstance(self._labels, range):
-                if label in self._labels:
-                    return self._labels.index(label)  # type: ignore[arg-type]  # an int, as its kind says
+                if wanted in self._labels:
+                    return self._labels.index(wanted)
             else:
                 if self._positions is None:
                     self._positions = {known: position for position, known in enumerate(self._labels)}
-                position = self._positions.get(label)
+                position = self._positions.get(wanted)
                 if position is not None:
                     return position
-        raise AxisError(f"axis {self._name!r} has no label {label!r}; its labels are {abbreviated(self)}")
+        raise AxisError(f"axis {self._name!r} has no label {wanted!r}; its labels are {abbreviated(self)}")
 
     def rename(self, name: str) -> Axis:
         """Return the same labels under another name.
@@ -135,7 +134,7 @@ class Axis:
         renamed._labels, renamed._kind, renamed._positions = self._labels, self._kind, self._positions
         return renamed
 
-    def restrict(self, labels: Iterable[Label]) -> tuple[Axis, Int[np.ndarray, "chosen"]]:
+    def restrict(self, labels: Iterable[Label | np.generic]) -> tuple[Axis, Int[np.ndarray, "chosen"]]:
         """Return the axis of the chosen labels, in the order chosen, and their positions here.
 
         Parameters

@@ -246,7 +246,7 @@ class Distribution(Factor):
             tuple(self._kinds[i] for i in rest),
         )
 
-    def given(self, *names: str, **labels: Label) -> Distribution:
+    def given(self, *names: str, **labels: Label | np.generic) -> Distribution:
         """Condition: on whole random axes by name, and on labels by keyword.
 
         Parameters
@@ -329,7 +329,7 @@ class Distribution(Factor):
 
     # staying a distribution
 
-    def restrict(self, **labels: Label | Iterable[Label]) -> Factor:
+    def restrict(self, **labels: Label | np.generic | Iterable[Any]) -> Factor:
         """Keep some labels, as `Factor.restrict`; of given and batch axes only, it stays a `Distribution`."""
         axes, values = self._restricted(labels)
         kinds = {axis.name: kind for axis, kind in zip(self._axes, self._kinds, strict=True)}
@@ -364,7 +364,7 @@ class Distribution(Factor):
         """
         return expectations.mode(*self._matrix(), random=self._random_axes())
 
-    def prob(self, **labels: Label | Iterable[Label]) -> Numbers:
+    def prob(self, **labels: Label | np.generic | Iterable[Any]) -> Numbers:
         """Return the probability of labels, or of any of several labels of an axis.
 
         Parameters

@@ -152,7 +152,11 @@ def mode(
 
 def labels_at(outcomes: Int[np.ndarray, "..."], axes: Sequence[Axis]) -> dict[str, Any]:
     """Return, for positions in the flattened grid of the axes, the labels of each axis."""
-    places = np.unravel_index(outcomes, tuple(len(axis) for axis in axes))
-    if outcomes.ndim == 0:
+    # not np.unravel_index: NumPy 2.4.6 gets positions of shape (20000, 1) wrong, past its buffer of 8192
+    places: list[np.ndarray] = []
+    for axis in reversed(axes):
+        outcomes, place = np.divmod(outcomes, len(axis))
+        places.insert(0, np.asarray(place))
+    if places[0].ndim == 0:
         return {axis.name: axis.labels[int(i)] for axis, i in zip(axes, places, strict=True)}
     return {axis.name: axis.label_array()[i] for axis, i in zip(axes, places, strict=True)}

@@ -208,7 +208,7 @@ class Factor:
 
     # picking and arranging
 
-    def restrict(self, **labels: Label | Iterable[Label]) -> Factor:
+    def restrict(self, **labels: Label | np.generic | Iterable[Any]) -> Factor:
         """Keep some labels: one label drops its axis; several (a list, a range) reorder or shorten it.
 
         Examples

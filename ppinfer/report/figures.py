@@ -127,7 +127,7 @@ def participants_figure(scores: Sequence[ParticipantScore]) -> ReportFigure:
         caption=(
             "One dot a participant, sorted in each panel, with two standard errors over their segments (in "
             "brackets: how "
-            "many). Dashed: the mean of the dots. People differ more than models do: compare models on the "
+            "many). Dashed: the mean of the dots. People differ a lot: compare models on the "
             "same people."
         ),
     )

@@ -77,22 +77,8 @@ def forward_filter(
            [0.9193, 0.0807],
            [0.5   , 0.5   ]])
     """
-    from ppinfer.distributions.scans import OK, forward_kernel
-
     rows = _checked(log_likelihood, row_size, log_prior, log_transition, which_transition, continues)
-    out = np.empty_like(rows.log_likelihood)
-    status = forward_kernel(
-        rows.log_likelihood,
-        rows.row_size,
-        rows.log_prior,
-        rows.log_transition,
-        rows.which,
-        rows.continues,
-        out,
-    )
-    if status != OK:
-        _refuse(status, rows, describe)
-    return out
+    return _filtered(rows, describe)
 
 
 def smooth(
@@ -136,22 +122,14 @@ def smooth(
     array([[0.8, 0.2],
            [0.8, 0.2]])
     """
-    from ppinfer.distributions.scans import OK, backward_kernel, forward_kernel
+    from ppinfer.distributions.scans import backward_kernel
 
     rows = _checked(log_likelihood, row_size, log_prior, log_transition, which_transition, continues)
-    out = np.empty_like(rows.log_likelihood)
-    status = forward_kernel(
-        rows.log_likelihood,
-        rows.row_size,
-        rows.log_prior,
-        rows.log_transition,
-        rows.which,
-        rows.continues,
-        out,
+    out = _filtered(rows, describe)
+    log_reverse = np.ascontiguousarray(rows.log_transition.transpose(0, 2, 1))
+    backward_kernel(
+        rows.log_likelihood, rows.row_size, log_reverse, np.exp(log_reverse), rows.which, rows.continues, out
     )
-    if status != OK:
-        _refuse(status, rows, describe)
-    backward_kernel(rows.log_likelihood, rows.row_size, rows.log_transition, rows.which, rows.continues, out)
     return out
 
 
@@ -318,6 +296,27 @@ def _checked_transition(
             f"which_transition of row {row} is {which[row]}, but there are {len(transitions)} transitions"
         )
     return transitions, np.ascontiguousarray(which, dtype=np.int64)
+
+
+def _filtered(rows: _Rows, describe: Callable[[int], str] | None) -> np.ndarray:
+    """Run the forward kernel, or name the sample that stops it."""
+    from ppinfer.distributions.scans import OK, forward_kernel
+
+    out = np.empty_like(rows.log_likelihood)
+    transition = np.exp(rows.log_transition)
+    status = forward_kernel(
+        rows.log_likelihood,
+        rows.row_size,
+        rows.log_prior,
+        rows.log_transition,
+        transition,
+        rows.which,
+        rows.continues,
+        out,
+    )
+    if status != OK:
+        _refuse(status, rows, describe)
+    return out
 
 
 def _refuse(status: int, rows: _Rows, describe: Callable[[int], str] | None) -> None:

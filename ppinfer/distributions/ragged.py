@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -149,7 +150,9 @@ class Ragged:
         kind = np.float64 if self._values.dtype.kind == "f" else np.int64
         if self._values.dtype.kind not in "fiub":
             raise FactorError(f"values of type {self._values.dtype} have no running sum; numbers are needed")
-        flat = np.ascontiguousarray(self._values, dtype=kind).reshape(len(self._values), -1)
+        flat = np.ascontiguousarray(self._values, dtype=kind).reshape(
+            len(self._values), math.prod(self._values.shape[1:])
+        )
         return self._like(restarting_cumsum(flat, self._row_size).reshape(self._values.shape))
 
     def diff(self, *, first: float = float("nan")) -> Ragged:

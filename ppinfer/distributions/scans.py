@@ -62,86 +62,110 @@ def restarting_cumsum(values: np.ndarray, row_size: np.ndarray) -> np.ndarray:
     return out
 
 
-@numba.njit(types.boolean(_F8_1), cache=True, nogil=True)
-def _normalise(log_p):  # type: ignore[no-untyped-def]
-    """Centre on the peak, then take the log of the sum off; false when nothing is possible."""
-    peak = log_p[0]
-    for k in range(1, log_p.shape[0]):
-        peak = max(peak, log_p[k])
+# below this a sum of probabilities may have lost terms to underflow, and is taken again in logs
+_TOO_SMALL = 1e-290
+
+
+@numba.njit(types.boolean(_F8_1, _F8_1), cache=True, nogil=True)
+def _centre(log_weights, weights):  # type: ignore[no-untyped-def]
+    """Centre log weights on their peak, in place, and write their exponentials; false if none is possible.
+
+    Centred weights are what is carried on: next to a peak of 0, differences of 1e-12 keep all their digits.
+    """
+    peak = log_weights[0]
+    for k in range(1, log_weights.shape[0]):
+        peak = max(peak, log_weights[k])
     if not peak > -np.inf:
         return False
-    total = 0.0
-    for k in range(log_p.shape[0]):
-        log_p[k] -= peak
-        total += np.exp(log_p[k])
-    log_total = np.log(total)
-    for k in range(log_p.shape[0]):
-        log_p[k] -= log_total
+    for k in range(log_weights.shape[0]):
+        log_weights[k] -= peak
+        weights[k] = np.exp(log_weights[k])
     return True
 
 
-@numba.njit(types.void(_LOGS_1, _LOGS_2, types.boolean, _F8_1), cache=True, nogil=True)
-def _propagate(log_p, log_transition, backward, out):  # type: ignore[no-untyped-def]
-    """Forward: out[j] = log sum_i p[i] T[i, j]; backward: out[i] = log sum_j T[i, j] p[j]."""
-    size = log_p.shape[0]
-    for target in range(size):
+@numba.njit(types.void(_F8_1, _F8_1, _F8_1), cache=True, nogil=True)
+def _normalise(log_weights, weights, out):  # type: ignore[no-untyped-def]
+    """Write the normalised form of centred log weights."""
+    total = 0.0
+    for k in range(weights.shape[0]):
+        total += weights[k]
+    log_total = np.log(total)
+    for k in range(weights.shape[0]):
+        out[k] = log_weights[k] - log_total
+
+
+@numba.njit(types.void(_F8_1, _F8_1, _LOGS_2, _LOGS_2, _F8_1), cache=True, nogil=True)
+def _propagate(log_weights, weights, log_matrix, matrix, out):  # type: ignore[no-untyped-def]
+    """Write ``out[j] = log sum_i weights[i] matrix[i, j]`` of centred weights.
+
+    A plain sum of products wherever no term of it can have underflowed, which spares an exponential a term.
+    """
+    size = weights.shape[0]
+    for j in range(size):
+        total = 0.0
+        for i in range(size):
+            total += weights[i] * matrix[i, j]
+        if total > _TOO_SMALL:
+            out[j] = np.log(total)
+            continue
         peak = -np.inf
-        for source in range(size):
-            step = log_transition[target, source] if backward else log_transition[source, target]
-            peak = max(peak, log_p[source] + step)
+        for i in range(size):
+            peak = max(peak, log_weights[i] + log_matrix[i, j])
         if peak == -np.inf:
-            out[target] = -np.inf
+            out[j] = -np.inf
             continue
         total = 0.0
-        for source in range(size):
-            step = log_transition[target, source] if backward else log_transition[source, target]
-            total += np.exp(log_p[source] + step - peak)
-        out[target] = peak + np.log(total)
+        for i in range(size):
+            total += np.exp(log_weights[i] + log_matrix[i, j] - peak)
+        out[j] = peak + np.log(total)
 
 
 @numba.njit(
-    types.int64(_LOGS_2, _ROWS, _LOGS_2, _LOGS_3, _ROWS, _FLAGS, _F8_2),
+    types.int64(_LOGS_2, _ROWS, _LOGS_2, _LOGS_3, _LOGS_3, _ROWS, _FLAGS, _F8_2),
     cache=True,
     nogil=True,
 )
 def forward_kernel(  # type: ignore[no-untyped-def]
-    log_likelihood, row_size, log_prior, log_transition, which_transition, continues, out
+    log_likelihood, row_size, log_prior, log_transition, transition, which_transition, continues, out
 ):
     """Filter forwards into `out`; a transition numbered -1 is the identity."""
     size = log_likelihood.shape[1]
-    predicted = np.empty(size)
+    state, weights, predicted = np.empty(size), np.empty(size), np.empty(size)
     sample = 0
     for row in range(row_size.shape[0]):
         which = which_transition[row]
         for position in range(row_size[row]):
             if position == 0 and not continues[row]:
-                predicted[:] = log_prior[row]
-            elif which < 0:
-                predicted[:] = out[sample - 1]
-            else:
-                _propagate(out[sample - 1], log_transition[which], False, predicted)
+                state[:] = log_prior[row]
+            elif which >= 0:
+                _propagate(state, weights, log_transition[which], transition[which], predicted)
+                state[:] = predicted
             for k in range(size):
                 if not log_likelihood[sample, k] < np.inf:
                     return INVALID - sample
-                out[sample, k] = predicted[k] + log_likelihood[sample, k]
-            if not _normalise(out[sample]):
+                state[k] += log_likelihood[sample, k]
+            if not _centre(state, weights):
                 return sample
+            _normalise(state, weights, out[sample])
             sample += 1
     return OK
 
 
 @numba.njit(
-    types.void(_LOGS_2, _ROWS, _LOGS_3, _ROWS, _FLAGS, _F8_2),
+    types.void(_LOGS_2, _ROWS, _LOGS_3, _LOGS_3, _ROWS, _FLAGS, _F8_2),
     cache=True,
     nogil=True,
 )
 def backward_kernel(  # type: ignore[no-untyped-def]
-    log_likelihood, row_size, log_transition, which_transition, continues, log_posterior
+    log_likelihood, row_size, log_reverse, reverse, which_transition, continues, log_posterior
 ):
-    """Turn filtered log posteriors into smoothed ones, in place, from the last sample to the first."""
+    """Turn filtered log posteriors into smoothed ones, in place, from the last sample to the first.
+
+    The transitions come transposed, ``log_reverse[m, j, i] = log p(next = j given now = i)``.
+    """
     size = log_likelihood.shape[1]
     future = np.zeros(size)  # log p(all later evidence of the chain | now), up to a constant
-    work = np.empty(size)
+    work, weights = np.empty(size), np.empty(size)
     sample = log_likelihood.shape[0]
     for row in range(row_size.shape[0] - 1, -1, -1):
         for position in range(row_size[row] - 1, -1, -1):
@@ -150,17 +174,15 @@ def backward_kernel(  # type: ignore[no-untyped-def]
             if later > row and (later == row_size.shape[0] or not continues[later]):
                 future[:] = 0.0  # the chain ends here
                 continue
-            which = which_transition[later]
             for k in range(size):
                 work[k] = log_likelihood[sample + 1, k] + future[k]
+            _centre(work, weights)
+            which = which_transition[later]
             if which < 0:
                 future[:] = work
             else:
-                _propagate(work, log_transition[which], True, future)
-            peak = -np.inf
+                _propagate(work, weights, log_reverse[which], reverse[which], future)
             for k in range(size):
-                peak = max(peak, future[k])
-            for k in range(size):
-                future[k] -= peak
-                log_posterior[sample, k] += future[k]
-            _normalise(log_posterior[sample])
+                work[k] = log_posterior[sample, k] + future[k]
+            _centre(work, weights)
+            _normalise(work, weights, log_posterior[sample])

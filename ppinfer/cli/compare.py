@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 from contextlib import ExitStack
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ppinfer.cli.selection_options import add_selection_arguments, add_share_argument
@@ -88,20 +89,21 @@ def print_comparison(comparison: Comparison) -> None:
     from ppinfer.studies.segment_selection import describe_left_out
 
     first = comparison.differences[0]
+    names = _short_names([first.against, *(each.name for each in comparison.differences)])
     print_table(
         f"scores on the same {first.segments} segments of {first.participants} participants",
         ("posterior", "seen", "accuracy", "mean log posterior"),
         [
-            (each.name, f"{each.at:.4g}", f"{each.accuracy:.3f}", f"{each.mean_log_posterior:.3f}")
+            (names[each.name], f"{each.at:.4g}", f"{each.accuracy:.3f}", f"{each.mean_log_posterior:.3f}")
             for each in comparison.scores
         ],
     )
     print_table(
-        f"differences from {first.against} (95 % interval over participants)",
+        f"differences from {names[first.against]} (95 % interval over participants)",
         ("posterior", "seen", "accuracy", "mean log posterior"),
         [
             (
-                each.name,
+                names[each.name],
                 f"{each.at:.4g}",
                 _with_interval(each.accuracy, each.accuracy_low, each.accuracy_high),
                 _with_interval(
@@ -113,6 +115,15 @@ def print_comparison(comparison: Comparison) -> None:
     )
     if left_out := describe_left_out(comparison.left_out):
         print(left_out)
+
+
+def _short_names(paths: list[str]) -> dict[str, str]:
+    # file names are enough unless two folders hold one of the same name
+    distinct = dict.fromkeys(paths)
+    files = [Path(path).name for path in distinct]
+    return {
+        path: name if files.count(name) == 1 else path for path, name in zip(distinct, files, strict=True)
+    }
 
 
 def _with_interval(value: float, low: float, high: float) -> str:

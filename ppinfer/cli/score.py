@@ -11,6 +11,7 @@ from ppinfer.cli.selection_options import add_selection_arguments, add_share_arg
 if TYPE_CHECKING:
     from ppinfer.studies.calibration import Calibration
     from ppinfer.studies.scores import Score, Scores
+    from ppinfer.studies.segment_selection import SegmentOptions
 
 _DESCRIPTION = """\
 Score a posterior over goals on the segments whose true goal is known. After a share f of a segment
@@ -50,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.studies.posterior import open_posterior
     from ppinfer.studies.scores import score_posterior
 
-    selection = {
+    selection: SegmentOptions = {
         "min_samples": args.min_samples,
         "min_distance": args.min_distance,
         "participants": args.participants,

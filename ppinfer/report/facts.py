@@ -74,6 +74,14 @@ def command(posterior: xr.Dataset, path: Path) -> str:
     for option in ("model", "agent", "mode", "seed"):
         if option in attrs:
             words += [f"--{option}", str(attrs[option])]
+    configuration = _parsed(attrs.get("configuration"))
+    parameters = configuration.get("parameters")
+    if isinstance(parameters, dict):
+        words += ["--set", *(f"{name}={value}" for name, value in parameters.items())]
+    if "restart" in configuration:
+        words += ["--restart", str(configuration["restart"])]
+    if configuration.get("carry") is True:
+        words.append("--carry")
     return shlex.join(words)
 
 
@@ -125,28 +133,37 @@ def guessing(posterior: xr.Dataset) -> tuple[float, float]:
 
 
 def _configuration(text: object) -> Facts:
+    parsed = _parsed(text)
+    if not parsed:
+        return [("configuration", str(text))] if text else []
+    return _flat({key: value for key, value in parsed.items() if key not in _SHOWN_ATTRS})
+
+
+def _parsed(text: object) -> dict[str, object]:
     try:
         parsed = json.loads(str(text))
     except ValueError:
-        return [("configuration", str(text))] if text else []
-    if not isinstance(parsed, dict):
-        return [("configuration", str(text))]
-    return list(_flat(parsed, "configuration"))
+        return {}
+    return parsed if isinstance(parsed, dict) else {}
 
 
-def _flat(tree: dict[str, object], prefix: str) -> Facts:
+def _flat(tree: dict[str, object], prefix: str = "") -> Facts:
     facts: Facts = []
     for key, value in tree.items():
         if isinstance(value, dict):
-            facts += _flat(value, f"{prefix}: {key}")
+            facts += _flat(value, f"{prefix}{key}: ")
         else:
-            facts.append((f"{prefix}: {key}", value if isinstance(value, str) else json.dumps(value)))
+            # ten digits: 0.1 that was measured as 0.10000000000000053 reads as 0.1
+            shown = f"{value:.10g}" if isinstance(value, float) else json.dumps(value)
+            facts.append((f"{prefix}{key}", value if isinstance(value, str) else shown))
     return facts
 
 
 def _places(posterior: xr.Dataset) -> str:
     return (
-        "move within trials" if posterior["goal_position"].dims[0] == "sample" else "fixed within each trial"
+        "may change within trials"
+        if posterior["goal_position"].dims[0] == "sample"
+        else "fixed within each trial"
     )
 
 

@@ -23,7 +23,7 @@ from ppinfer.report.trial_choice import ChosenTrial, choose_trials
 from ppinfer.studies.calibration import Calibration, calibrate_posterior
 from ppinfer.studies.posterior import open_posterior
 from ppinfer.studies.scores import DEFAULT_SHARES, Scores, score_posterior
-from ppinfer.studies.segment_selection import describe_left_out, select_segments
+from ppinfer.studies.segment_selection import SegmentOptions, describe_left_out, select_segments
 
 _CURVE_SHARES = tuple(percent / 100 for percent in range(5, 101, 5))
 
@@ -108,7 +108,7 @@ def write_report(
     """
     source, target = Path(path), Path(directory)
     refuse_foreign_folder(target)
-    selection = {
+    selection: SegmentOptions = {
         "min_samples": min_samples,
         "min_distance": min_distance,
         "participants": participants,
@@ -116,13 +116,13 @@ def write_report(
     }
     with open_posterior(source) as posterior:
         chosen_by_name = None if trials is None else _named_trials(posterior, trials)
-        selected = select_segments(posterior, **selection)  # type: ignore[arg-type]
+        selected = select_segments(posterior, **selection)
         scores: Scores | None = None
         calibration: Calibration | None = None
         warnings: list[str] = []
         if len(selected.index):
-            scores = score_posterior(posterior, at=at, **selection)  # type: ignore[arg-type]
-            calibration = calibrate_posterior(posterior, at=at, **selection)  # type: ignore[arg-type]
+            scores = score_posterior(posterior, at=at, **selection)
+            calibration = calibrate_posterior(posterior, at=at, **selection)
             warnings += scores.warnings
         else:
             warnings.append(
@@ -137,7 +137,7 @@ def write_report(
         ]
         sections = {}
         if scores is not None and calibration is not None:
-            curve = score_posterior(posterior, at=_CURVE_SHARES, **selection)  # type: ignore[arg-type]
+            curve = score_posterior(posterior, at=_CURVE_SHARES, **selection)
             middle = scores.overall[len(scores.overall) // 2].at
             people = [each for each in scores.by_participant if each.at == middle]
             sections = {

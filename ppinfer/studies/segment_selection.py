@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 import xarray as xr
@@ -45,6 +46,15 @@ class SegmentSelection:
     participant: Int[np.ndarray, " segment"]
     participants: tuple[str, ...]
     left_out: dict[str, int]
+
+
+class SegmentOptions(TypedDict, total=False):
+    """The keyword arguments of `select_segments`, for those who pass them on."""
+
+    min_samples: int | None
+    min_distance: float | None
+    participants: Sequence[str] | None
+    exclude: Sequence[str] | None
 
 
 def select_segments(

@@ -35,7 +35,7 @@ def test_tables_show_intervals(posts, capsys):
     assert run_one("compare", *posts[:2], "--min-samples", 13, "--resamples", 100) == 0
     out = capsys.readouterr().out
     assert "scores on the same" in out
-    assert "95 % interval" in out
+    assert "differences from post0.nc (95 % interval over participants)" in out
     assert "left out" in out
 
 

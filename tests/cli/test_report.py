@@ -6,6 +6,12 @@ from ..studies.posteriors import make_posterior
 from .commands import checked_json, run_one
 
 
+@pytest.fixture(autouse=True)
+def coarse_figures(monkeypatch):
+    """Draw small: what is on the pages is tested, not how sharp it is."""
+    monkeypatch.setattr("ppinfer.report.figures._DPI", 40)
+
+
 @pytest.fixture
 def post(tmp_path):
     write_posterior(make_posterior(), tmp_path / "post.nc")

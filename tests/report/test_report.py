@@ -15,6 +15,12 @@ from ppinfer.studies.scores import score_posterior
 from ..studies.posteriors import make_posterior
 
 
+@pytest.fixture(autouse=True)
+def coarse_figures(monkeypatch):
+    """Draw small: what is on the pages is tested, not how sharp it is."""
+    monkeypatch.setattr("ppinfer.report.figures._DPI", 40)
+
+
 def _write(tmp_path, posterior=None):
     path = tmp_path / "post.nc"
     write_posterior(make_posterior(outliers=True) if posterior is None else posterior, path)
@@ -70,7 +76,7 @@ def test_the_page_says_what_it_is(tmp_path):
         "ab" * 32,
         "0.1.0",
         "finite differences of past positions",
-        "ppinfer infer log.nc -o post.nc --model goal-lqr --agent human --mode filter --seed 0",
+        "ppinfer infer log.nc -o post.nc --model goal-lqr --agent human --mode filter --seed 0 --set rationality=0.005",
         "expected calibration error",
         "outliers gated",
     ):

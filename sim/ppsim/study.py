@@ -1,0 +1,163 @@
+"""Many trials: played side by side or one after another, recorded as they end, and compacted to a log."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import xarray as xr
+
+from ppinfer.studies import RecordingHeader, RecordingWriter, Trial, read_recording, write_log
+from ppinfer.studies.progress import ProgressCallback, silent
+from ppinfer.studies.storage import check_target
+from ppsim.errors import SimulationError
+
+
+class Study(Protocol):
+    """A study that can be simulated: trial i is a function of the study and of i alone."""
+
+    @property
+    def control_quantity(self) -> str:
+        """What a logged control is: ``"velocity"`` or ``"acceleration"``."""
+        ...
+
+    def header(self) -> RecordingHeader:
+        """Return what the recording says once."""
+        ...
+
+    def trial(self, index: int) -> Trial:
+        """Play one trial."""
+        ...
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What was recorded: the log, and how many of its trials an earlier, interrupted recording already held."""
+
+    log: xr.Dataset
+    resumed: int
+
+
+def simulate(study: Study, indices: Sequence[int], *, workers: int = 1) -> Iterator[Trial]:
+    """Yield trials in the order of their indices, whoever of the workers played them.
+
+    Raises
+    ------
+    SimulationError
+        Where there are no workers.
+
+    Examples
+    --------
+    >>> from ppsim.reaching import ReachingStudy
+    >>> [trial.trial_id for trial in simulate(ReachingStudy(duration=1.0), range(2))]
+    ['p1-0', 'p2-0']
+    """
+    if workers < 1:
+        raise SimulationError(f"workers must be at least 1; got {workers}")
+    if workers == 1 or len(indices) < 2:
+        yield from map(study.trial, indices)
+        return
+    # fresh processes: a forked one may inherit locks that a thread held
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(min(workers, len(indices)), mp_context=context)
+    try:
+        yield from pool.map(study.trial, indices, chunksize=max(1, len(indices) // (8 * workers)))
+    finally:
+        pool.shutdown(cancel_futures=True)
+
+
+def recording_path(target: str | os.PathLike[str]) -> Path:
+    """Return where trials are recorded on their way to a log.
+
+    Examples
+    --------
+    >>> recording_path("LOG.nc").name
+    'LOG.recording.jsonl'
+    """
+    path = Path(target)
+    return path.with_name(f"{path.stem}.recording.jsonl")
+
+
+def record_study(
+    study: Study,
+    trials: int,
+    target: str | os.PathLike[str],
+    *,
+    workers: int = 1,
+    progress: ProgressCallback = silent,
+) -> Recorded:
+    """Simulate a study and write its log.
+
+    1. Each trial is appended to a recording beside the log as it ends (`recording_path`); one that an interrupted run
+       of the same study left there is continued.
+    2. The recording is compacted to the log, whole or not at all, and removed.
+
+    Parameters
+    ----------
+    study : Study
+        What to simulate.
+    trials : int
+        How many.
+    target : path
+        The log, ``.nc`` or ``.zarr``.
+    workers : int
+        Processes that play trials; the log does not depend on it.
+    progress : callable
+        Told how many trials are done, of how many.
+
+    Raises
+    ------
+    SimulationError
+        Where there are no trials or workers, or the recording there is longer than asked for.
+    LogError
+        Where the log cannot be written, or the recording there is of another study.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from ppsim.reaching import ReachingStudy
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     record_study(ReachingStudy(duration=2.0), 3, Path(folder, "log.nc")).log.sizes["trial"]
+    3
+    """
+    check_target(Path(target))
+    for name, count in (("trials", trials), ("workers", workers)):
+        if count < 1:
+            raise SimulationError(f"{name} must be at least 1; got {count}")
+    path = recording_path(target)
+    with RecordingWriter(path, study.header(), resume=True) as recording:
+        resumed = len(recording.completed)
+        if resumed > trials:
+            raise SimulationError(
+                f"{path}: already holds {resumed} trials of this study, more than the {trials} asked for; ask for as "
+                "many, or remove it"
+            )
+        progress(resumed, trials)
+        # nothing is left for workers to do once the generator is closed
+        with _closing(simulate(study, range(resumed, trials), workers=workers)) as played:
+            for done, trial in enumerate(played, start=resumed + 1):
+                recording.append(trial)
+                progress(done, trials)
+    log = read_recording(path)
+    # the hash would be that of a file that is about to go
+    del log.attrs["source_sha256"]
+    if "control" in log:
+        log["control"].attrs["quantity"] = study.control_quantity
+    write_log(log, target)
+    path.unlink()
+    return Recorded(log, resumed)
+
+
+@contextmanager
+def _closing(played: Iterator[Trial]) -> Iterator[Iterator[Trial]]:
+    try:
+        yield played
+    finally:
+        if hasattr(played, "close"):
+            played.close()

@@ -9,42 +9,43 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from jaxtyping import Float, Shaped
-from numpy.typing import ArrayLike
 
 from ppinfer.errors import LogError
 from ppinfer.studies.schema import FORMAT, FORMAT_VERSION, VARIABLES
 
 Attr = str | int | float
+Values = Sequence[Any] | Shaped[np.ndarray, "*_"]
+"""Numbers or text of any shape; what shape is wanted is said, and checked, where they are taken."""
 
 
 def build_log(
     *,
     agents: Sequence[str],
-    row_size: ArrayLike,
-    time: ArrayLike,
-    position: ArrayLike,
-    trial_id: Sequence[str] | None = None,
-    participant: Sequence[str] | None = None,
+    row_size: Values,
+    time: Values,
+    position: Values,
+    trial_id: Values | None = None,
+    participant: Values | None = None,
     space: Sequence[str] = ("x", "y"),
     goals: Sequence[str] = (),
-    observed: ArrayLike | None = None,
-    velocity: ArrayLike | None = None,
-    has_velocity: Sequence[bool] | None = None,
-    control: ArrayLike | None = None,
-    has_control: Sequence[bool] | None = None,
-    goal_position: ArrayLike | None = None,
-    goal_present: ArrayLike | None = None,
-    condition: Sequence[str] | None = None,
-    round: ArrayLike | None = None,
-    seed: ArrayLike | None = None,
-    outcome: Sequence[str] | None = None,
-    controller: Sequence[Sequence[str]] | Mapping[str, str] | None = None,
-    instruction: Sequence[Sequence[str]] | Mapping[str, str] | None = None,
-    segment_trial: ArrayLike = (),
-    segment_agent: Sequence[str] = (),
-    segment_start: ArrayLike = (),
-    segment_stop: ArrayLike = (),
-    true_goal: Sequence[str] = (),
+    observed: Values | None = None,
+    velocity: Values | None = None,
+    has_velocity: Values | None = None,
+    control: Values | None = None,
+    has_control: Values | None = None,
+    goal_position: Values | None = None,
+    goal_present: Values | None = None,
+    condition: Values | None = None,
+    round: Values | None = None,
+    seed: Values | None = None,
+    outcome: Values | None = None,
+    controller: Values | Mapping[str, str] | None = None,
+    instruction: Values | Mapping[str, str] | None = None,
+    segment_trial: Values = (),
+    segment_agent: Values = (),
+    segment_start: Values = (),
+    segment_stop: Values = (),
+    true_goal: Values = (),
     variables: Mapping[str, tuple[Any, ...]] | None = None,
     position_units: str = "m",
     title: str = "",
@@ -215,9 +216,7 @@ def _describe(log: xr.Dataset, position_units: str) -> None:
         log["velocity"].attrs["units"] = f"{position_units} s-1"
 
 
-def _array(
-    name: str, value: ArrayLike, kind: str, shape: tuple[int | None, ...]
-) -> Shaped[np.ndarray, "*any"]:
+def _array(name: str, value: Values, kind: str, shape: tuple[int | None, ...]) -> Shaped[np.ndarray, "*_"]:
     try:
         array = _text(name, value) if kind == "str" else _number(name, value, kind)
     except (TypeError, ValueError, OverflowError) as error:
@@ -230,7 +229,7 @@ def _array(
     return array
 
 
-def _text(name: str, value: ArrayLike) -> Shaped[np.ndarray, "*any"]:
+def _text(name: str, value: Values) -> Shaped[np.ndarray, "*_"]:
     array = np.asarray(value, dtype=object)
     wrong = [item for item in array.ravel().tolist() if not isinstance(item, str)]
     if wrong:
@@ -238,7 +237,7 @@ def _text(name: str, value: ArrayLike) -> Shaped[np.ndarray, "*any"]:
     return array
 
 
-def _number(name: str, value: ArrayLike, kind: str) -> Shaped[np.ndarray, "*any"]:
+def _number(name: str, value: Values, kind: str) -> Shaped[np.ndarray, "*_"]:
     array = np.asarray(value)
     if array.size and array.dtype.kind not in "biuf":
         raise LogError(f"{name}: expected {kind} values, got values of type {array.dtype}")
@@ -250,8 +249,8 @@ def _number(name: str, value: ArrayLike, kind: str) -> Shaped[np.ndarray, "*any"
 
 
 def _goal_positions(
-    placed: Float[np.ndarray, "... goal space"], sizes: Mapping[str, int]
-) -> tuple[str, Float[np.ndarray, "... goal space"]]:
+    placed: Float[np.ndarray, "*_"], sizes: Mapping[str, int]
+) -> tuple[str, Float[np.ndarray, "*_"]]:
     if placed.ndim == 2:
         return "trial", np.broadcast_to(placed, (sizes["trial"], *placed.shape)).copy()
     if placed.ndim == 3:
@@ -264,7 +263,7 @@ def _goal_positions(
 
 
 def _per_agent(
-    name: str, value: Sequence[Sequence[str]] | Mapping[str, str] | None, agents: Sequence[str], n_trials: int
+    name: str, value: Values | Mapping[str, str] | None, agents: Sequence[str], n_trials: int
 ) -> object:
     if not isinstance(value, Mapping):
         return value
@@ -276,7 +275,7 @@ def _per_agent(
 
 def _study_variable(
     name: str, dims: tuple[str, ...], value: Any, sizes: Mapping[str, int]
-) -> Shaped[np.ndarray, "*any"]:
+) -> Shaped[np.ndarray, "*_"]:
     if name in VARIABLES:
         raise LogError(f"variables: {name!r} is a variable of the log's own; give it as {name}=")
     array = np.asarray(value)

@@ -59,7 +59,7 @@ class ContentDigest:
     def __init__(self) -> None:
         self._running: dict[str, hashlib._Hash] = {}
 
-    def update(self, name: str, values: Shaped[np.ndarray, "*any"]) -> None:
+    def update(self, name: str, values: Shaped[np.ndarray, "*_"]) -> None:
         """Add the next rows of a variable."""
         running = self._running.setdefault(name, hashlib.sha256())
         kind = type_name(values.dtype)

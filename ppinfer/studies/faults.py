@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from typing import Any, Self
+from typing import Any
 
 from ppinfer.errors import LogError
 
@@ -158,7 +158,7 @@ class Report:
     sizes: dict[str, int] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, source: str, faults: Faults, warnings: Faults, sizes: dict[str, int] | None = None) -> Self:
+    def of(cls, source: str, faults: Faults, warnings: Faults, sizes: dict[str, int] | None = None) -> Report:
         """Close two collections into a report."""
         return cls(
             source,

@@ -9,7 +9,6 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Self
 
 import xarray as xr
 
@@ -112,7 +111,7 @@ class RecordingWriter:
         """Ids of the trials recorded so far, in order."""
         return tuple(self._completed)
 
-    def __enter__(self) -> Self:
+    def __enter__(self) -> RecordingWriter:
         return self
 
     def __exit__(

@@ -118,7 +118,7 @@ def _trial_json(trial: Trial) -> dict[str, Any]:
     told: dict[str, Any] = {}
     for item in fields(trial):
         value = getattr(trial, item.name)
-        if value is None or (value in ("", (), {}) if isinstance(value, str | tuple | dict) else False):
+        if item.name not in ("trial_id", "participant") and (value is None or _is_empty(value)):
             continue
         if item.name in _SAMPLED:
             told[item.name] = _numbers(value)
@@ -129,6 +129,10 @@ def _trial_json(trial: Trial) -> dict[str, Any]:
         else:
             told[item.name] = dict(value) if isinstance(value, Mapping) else value
     return told
+
+
+def _is_empty(value: Any) -> bool:
+    return isinstance(value, str | Sequence | Mapping) and len(value) == 0
 
 
 def _variable_json(

@@ -194,11 +194,13 @@ def replacing(target: Path) -> Iterator[Path]:
 def plain_text(log: xr.Dataset) -> xr.Dataset:
     """Return the log with all text held as Python strings, whatever the store made of it."""
     # text lies on trials and segments, of which there are few beside the samples
-    for name, variable in dict(log.variables).items():
-        if variable.dtype.kind in "OUT":
-            plain = xr.Variable(variable.dims, variable.values.astype(object), variable.attrs)
-            log = log.assign_coords({name: plain}) if name in log.coords else log.assign({name: plain})
-    return log
+    texts = {
+        name: xr.Variable(variable.dims, variable.values.astype(object), variable.attrs)
+        for name, variable in log.variables.items()
+        if variable.dtype.kind in "OUT"
+    }
+    log = log.assign({name: text for name, text in texts.items() if name not in log.coords})
+    return log.assign_coords({name: text for name, text in texts.items() if name in log.coords})
 
 
 def _chunks(variable: xr.Variable) -> tuple[int, ...]:
@@ -251,7 +253,7 @@ def _open(source: Path) -> xr.Dataset:
             )
         log = xr.open_dataset(source, engine="zarr", consolidated=False, chunks=None, **options)
     else:
-        _refuse_other_files(source)
+        refuse_other_files(source)
         log = xr.open_dataset(source, engine="h5netcdf", **options)
     try:
         return plain_text(log)
@@ -260,7 +262,10 @@ def _open(source: Path) -> xr.Dataset:
         raise
 
 
-def _refuse_other_files(source: Path) -> None:
+def refuse_other_files(source: Path) -> None:
+    """Raise `LogError` or what HDF5 raises unless the file looks like NetCDF4 from the outside."""
+    import h5py
+
     if not source.exists():
         raise LogError(f"{source}: there is no such file")
     with source.open("rb") as file:
@@ -272,6 +277,9 @@ def _refuse_other_files(source: Path) -> None:
             f"{source}: is not a NetCDF4 file (it begins with {start!r}); other formats go "
             "through 'ppinfer convert'"
         )
+    with h5py.File(source, "r") as file:
+        # h5netcdf reads this attribute first, and when that fails it prints a traceback as it is thrown away
+        file.attrs.get("_nc3_strict")
 
 
 def _verify(source: Path, log: xr.Dataset) -> None:

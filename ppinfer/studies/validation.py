@@ -130,7 +130,7 @@ class _Validation:
 
     def _load_still(self) -> set[str]:
         """Read what is not along samples; return the names of all variables that can be read."""
-        readable = set()
+        readable, loaded = set(), {}
         for name in map(str, self.log.variables):
             if "sample" in self.log.variables[name].dims:
                 readable.add(name)
@@ -139,10 +139,11 @@ class _Validation:
             if values is not None:
                 readable.add(name)
                 if name not in self.log.coords:
-                    self.log[name] = (self.log[name].dims, values, self.log[name].attrs)
+                    loaded[name] = (self.log[name].dims, values, self.log[name].attrs)
+        self.log = self.log.assign(loaded)
         return readable
 
-    def _read(self, name: str, rows: slice) -> Shaped[np.ndarray, "*any"] | None:
+    def _read(self, name: str, rows: slice) -> Shaped[np.ndarray, "*_"] | None:
         if name in self.damaged:
             return None
         variable = self.log.variables[name]
@@ -228,7 +229,8 @@ class _Validation:
                     Fault(
                         "implausible-jump",
                         f"{jumps.size} steps of {agent!r} are faster than {limit:.3g} a second "
-                        f"({JUMP_FACTOR:g} times the {JUMP_PERCENTILE}th percentile of its speeds); this is the first",
+                        f"({JUMP_FACTOR:g} times the {JUMP_PERCENTILE}th percentile of its speeds); this is "
+                        "the first",
                         "look at them; a marker that was lost is a dropout (observed 0)",
                         trial=trial,
                         sample=sample,

@@ -11,13 +11,13 @@ from jaxtyping import Shaped
 from ppinfer.studies.faults import Fault, Faults
 
 
-def read_npz(path: Path, file: str, faults: Faults) -> dict[str, Shaped[np.ndarray, "*any"]] | None:
+def read_npz(path: Path, file: str, faults: Faults) -> dict[str, Shaped[np.ndarray, "*_"]] | None:
     """Return the arrays of an archive; what cannot be read is reported under the name ``file``.
 
     An array of Python objects would have to be unpickled, which can run any code: it is refused by name.
     """
     again = "the file is truncated or damaged: get it again from its source"
-    arrays: dict[str, Shaped[np.ndarray, "*any"]] = {}
+    arrays: dict[str, Shaped[np.ndarray, "*_"]] = {}
     try:
         with path.open("rb") as opened, zipfile.ZipFile(opened) as archive:
             damaged = archive.testzip()

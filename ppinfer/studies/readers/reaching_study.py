@@ -65,7 +65,7 @@ class _Game:
     user: str
     robot: str
     round: int
-    arrays: Mapping[str, Shaped[np.ndarray, "*any"]]
+    arrays: Mapping[str, Shaped[np.ndarray, "*_"]]
 
     @property
     def n_samples(self) -> int:
@@ -138,7 +138,7 @@ def _read_game(path: Path, source: Path, faults: Faults) -> _Game | None:
         return None
     before = faults.total
     arrays = read_npz(path, file, faults)
-    if arrays is None:
+    if arrays is None or faults.total > before:
         return None
     for name in _REQUIRED:
         if name not in arrays:

@@ -241,8 +241,8 @@ def _check_constant(
         np.flatnonzero(values.codes != usual).tolist(),
         lambda row: table.fault(
             "not-constant",
-            f"{name} is {_label(values, values.codes[row])!r}, earlier in trial "
-            f"{samples.trial_ids[samples.row_trial[row]]!r} it is {_label(values, usual[row])!r}",
+            f"{name} is {_label(values, int(values.codes[row]))!r}, earlier in trial "
+            f"{samples.trial_ids[samples.row_trial[row]]!r} it is {_label(values, int(usual[row]))!r}",
             row,
             column,
             "a trial has one: give its parts different trials",

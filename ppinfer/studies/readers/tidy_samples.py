@@ -48,7 +48,7 @@ def scaled(values: Float[np.ndarray, ...], quantity: str, unit: str | float) -> 
     """Return values in SI units."""
     factors = scale(quantity, unit)
     assert factors is not None, "the mapping was checked"
-    in_si: Float[np.ndarray, "*any"] = values * factors[0] / factors[1]
+    in_si: Float[np.ndarray, "*_"] = values * factors[0] / factors[1]
     return in_si
 
 

@@ -155,7 +155,9 @@ def _indices(
 ) -> Int[np.ndarray, " row"]:
     told = table.text(column)
     index_of = {name: index for index, name in enumerate(known)}
-    found = np.array([index_of.get(name, -1) for name in told.labels] + [-1])[told.codes]
+    found: Int[np.ndarray, " row"] = np.array([index_of.get(name, -1) for name in told.labels] + [-1])[
+        told.codes
+    ]
     table.report(
         faults, f"unknown-{what}", np.flatnonzero(found < 0), column, f"there is no such {what} in the table"
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import signal
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -65,11 +66,18 @@ def simulate(study: Study, indices: Sequence[int], *, workers: int = 1) -> Itera
         return
     # fresh processes: a forked one may inherit locks that a thread held
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(indices)), mp_context=context)
+    pool = ProcessPoolExecutor(
+        min(workers, len(indices)), mp_context=context, initializer=_leave_interrupts_to_the_parent
+    )
     try:
         yield from pool.map(study.trial, indices, chunksize=max(1, len(indices) // (8 * workers)))
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _leave_interrupts_to_the_parent() -> None:
+    # Ctrl-C reaches every process of the terminal; a worker's traceback would tell nothing
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def recording_path(target: str | os.PathLike[str]) -> Path:

@@ -34,9 +34,16 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("log", metavar="LOG", help="a study log (.nc or .zarr), as 'ppinfer convert' writes it")
+    parser.add_argument(
+        "log", metavar="LOG", help="a study log (.nc or .zarr), as 'ppinfer convert' writes it"
+    )
     parser.add_argument("-o", "--output", metavar="POST.nc", required=True, help="the posterior to write")
-    parser.add_argument("--model", default="goal-lqr", metavar="MODEL", help="a model's name or a MODEL.toml (default: goal-lqr)")
+    parser.add_argument(
+        "--model",
+        default="goal-lqr",
+        metavar="MODEL",
+        help="a model's name or a MODEL.toml (default: goal-lqr)",
+    )
     add_set_argument(parser)
     parser.add_argument("--agent", metavar="A", help="whose goals (default: human, or the only agent)")
     parser.add_argument(
@@ -52,8 +59,12 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         help="the belief starts anew in each trial and where its goals change; with 'segments' also at the bounds of "
         "the agent's segments (default: goals)",
     )
-    parser.add_argument("--carry", action="store_true", help="carry the belief over such a change, goal by goal")
-    parser.add_argument("--seed", type=int, default=0, metavar="S", help="recorded with the result (default: 0)")
+    parser.add_argument(
+        "--carry", action="store_true", help="carry the belief over such a change, goal by goal"
+    )
+    parser.add_argument(
+        "--seed", type=int, default=0, metavar="S", help="recorded with the result (default: 0)"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
     parser.set_defaults(run=run)
 

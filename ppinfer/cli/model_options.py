@@ -50,7 +50,7 @@ def parse_settings(settings: Sequence[str]) -> dict[str, str]:
 
 
 def model_from_options(model: str, settings: Sequence[str]) -> GoalModel:
-    """Return a model by its name, or from a MODEL.toml (a name with a dot or a slash), with ``--set`` applied on top."""
+    """Return a model by its name, or a MODEL.toml (its name has a dot or a slash), with ``--set`` on top."""
     from ppinfer.goals.configuration import make_model, parameters_of, read_model
 
     parameters = parse_settings(settings)

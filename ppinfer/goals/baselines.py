@@ -83,7 +83,7 @@ class Heading(GoalModel):
 
     log L(goal) = concentration cos(angle) - log(2 pi I0(concentration)), the angle lying between the step that ended at
     this sample and the direction from where it began to the goal. Each sample is judged by itself: between samples the
-    goal is drawn anew from the prior. A step of length zero, or one that began on a goal, tells nothing of it (cos = 0).
+    goal is drawn anew from the prior. A step of length zero, or one that begins on a goal, has cos = 0.
 
     Parameters
     ----------
@@ -129,7 +129,9 @@ class Heading(GoalModel):
         alignment = np.einsum("sx,sgx->sg", step, towards)
         cosine = np.divide(alignment, lengths, out=np.zeros_like(lengths), where=lengths > 0)
         log_volume = math.log(2 * math.pi) + math.log(i0e(self.concentration)) + self.concentration
-        return evidence.likelihood_factor(np.where(stepped[:, None], self.concentration * cosine - log_volume, 0.0))
+        return evidence.likelihood_factor(
+            np.where(stepped[:, None], self.concentration * cosine - log_volume, 0.0)
+        )
 
     def simulate(self, design: GoalDesign, rng: np.random.Generator) -> GoalEvidence:
         """Return plane motion in steps of 1 % of the way, each turned from the direct way by a von Mises angle."""
@@ -139,7 +141,9 @@ class Heading(GoalModel):
         length = 0.01 * np.linalg.norm(design.pursued - design.start, axis=1)
         for sample in range(1, position.shape[1]):
             towards = design.pursued - position[:, sample - 1]
-            angle = np.arctan2(towards[:, 1], towards[:, 0]) + rng.vonmises(0.0, self.concentration, size=rows)
+            angle = np.arctan2(towards[:, 1], towards[:, 0]) + rng.vonmises(
+                0.0, self.concentration, size=rows
+            )
             step = length[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
             position[:, sample] = position[:, sample - 1] + step
         inside = np.arange(position.shape[1]) < design.row_size[:, None]

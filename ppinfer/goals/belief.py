@@ -101,7 +101,13 @@ def infer_goals(
     carried = evidence.continues is not None and bool(evidence.continues.any())
     plain = model.stay == 1.0 and not model.memoryless
     outliers = None
-    if isinstance(model, CumulativeModel) and plain and model.is_cumulative and mode == "filter" and not carried:
+    if (
+        isinstance(model, CumulativeModel)
+        and plain
+        and model.is_cumulative
+        and mode == "filter"
+        and not carried
+    ):
         log_posterior = model.cumulative_log_posterior(evidence, log_prior)
         source = model.describe_source(evidence)
     else:
@@ -141,7 +147,9 @@ def _row_priors(
         total = weights.sum(axis=1, keepdims=True)
         if (total <= 0).any():
             row = int(np.argmax(total[:, 0] <= 0))
-            raise ModelError(f"{evidence.row_name(row)}: the prior gives no probability to any goal that is present")
+            raise ModelError(
+                f"{evidence.row_name(row)}: the prior gives no probability to any goal that is present"
+            )
         weights = weights / total
     with np.errstate(divide="ignore"):
         log_prior: np.ndarray = np.log(weights)

@@ -91,9 +91,13 @@ def read_model(path: str | os.PathLike[str]) -> GoalModel:
         raise ModelError(f"{where}: not valid TOML: {error}") from error
     name, parameters = document.get("model"), document.get("parameters", {})
     if not isinstance(name, str) or not isinstance(parameters, dict):
-        raise ModelError(f"{where}: expected model = \"NAME\" and a table [parameters], as 'ppinfer fit' writes them")
+        raise ModelError(
+            f"{where}: expected model = \"NAME\" and a table [parameters], as 'ppinfer fit' writes them"
+        )
     if document.get("format_version", MODEL_FORMAT_VERSION) != MODEL_FORMAT_VERSION:
-        raise ModelError(f"{where}: format_version {document['format_version']!r}; this ppinfer reads {MODEL_FORMAT_VERSION}")
+        raise ModelError(
+            f"{where}: format_version {document['format_version']!r}; this ppinfer reads {MODEL_FORMAT_VERSION}"
+        )
     try:
         return make_model(name, parameters)
     except ModelError as error:

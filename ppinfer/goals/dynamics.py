@@ -51,8 +51,8 @@ class Dynamics:
     array([[1., 0., 2., 0.]])
     """
 
-    A: Float[np.ndarray, "n n"]
-    B: Float[np.ndarray, "n m"]
+    A: Float[np.ndarray, "_ _"]
+    B: Float[np.ndarray, "_ _"]
     position_index: tuple[int, ...]
     velocity_index: tuple[int, ...] = ()
     order: int | None = None
@@ -61,11 +61,17 @@ class Dynamics:
     def __post_init__(self) -> None:
         A, B = (np.array(matrix, dtype=np.float64) for matrix in (self.A, self.B))
         if A.ndim != 2 or A.shape[0] != A.shape[1] or B.ndim != 2 or B.shape[0] != A.shape[0]:
-            raise ModelError(f"dynamics need A of shape (n, n) and B of shape (n, m); got {A.shape} and {B.shape}")
+            raise ModelError(
+                f"dynamics need A of shape (n, n) and B of shape (n, m); got {A.shape} and {B.shape}"
+            )
         if not (np.isfinite(A).all() and np.isfinite(B).all()):
             raise ModelError("dynamics need finite A and B")
         index = self.position_index + self.velocity_index
-        if not self.position_index or len(set(index)) != len(index) or not all(0 <= i < len(A) for i in index):
+        if (
+            not self.position_index
+            or len(set(index)) != len(index)
+            or not all(0 <= i < len(A) for i in index)
+        ):
             raise ModelError(
                 f"position_index {self.position_index} and velocity_index {self.velocity_index} must name distinct "
                 f"entries of a state of {len(A)}, with at least one position"
@@ -116,7 +122,7 @@ class Dynamics:
         return states
 
     def step(
-        self, state: Float[np.ndarray, "*batch n"], control: Float[np.ndarray, "*batch m"]
+        self, state: Float[np.ndarray, "*#batch n"], control: Float[np.ndarray, "*#batch m"]
     ) -> Float[np.ndarray, "*batch n"]:
         """Return x' = A x + B u."""
         following: np.ndarray = state @ self.A.T + control @ self.B.T
@@ -141,7 +147,7 @@ class Dynamics:
         return control
 
     def usable_step(self, elapsed: Float[np.ndarray, "*batch"]) -> Bool[np.ndarray, "*batch"]:
-        """Return where a control can be read off a step of that duration (s): within 1 % of dt where `order` is None."""
+        """Return where a control can be read off a step of that duration (s): within 1 % of dt, unless of an `order`."""
         if self.order is not None or self.dt is None:
             return np.ones(elapsed.shape, dtype=bool)
         usable: np.ndarray = np.abs(elapsed - self.dt) <= 0.01 * self.dt

@@ -36,8 +36,8 @@ class GoalEvidence:
     velocity, control : (sample, space) float64, optional
         As logged: the control at a sample is the one applied from that sample on.
     control_order : {1, 2, None}
-        What the control is: a velocity (1), an acceleration (2), or something else (None). A model uses a logged control
-        only where it is the control of its own dynamics.
+        What the control is: a velocity (1), an acceleration (2), or something else (None). A model uses a logged
+        control only where it is the control of its own dynamics.
     continues : (row,) bool, optional
         True where a row goes on in the trial of the row before it.
     name_row : callable, optional
@@ -67,8 +67,8 @@ class GoalEvidence:
     goal_labels: tuple[str, ...]
     observed: Bool[np.ndarray, " sample"] | None = None
     present: Bool[np.ndarray, "row goal"] | None = None
-    velocity: Float[np.ndarray, "sample space"] | None = None
-    control: Float[np.ndarray, "sample control"] | None = None
+    velocity: Float[np.ndarray, "_ _"] | None = None
+    control: Float[np.ndarray, "_ _"] | None = None
     control_order: int | None = 2
     continues: Bool[np.ndarray, " row"] | None = None
     name_row: Callable[[int], str] | None = None
@@ -77,7 +77,9 @@ class GoalEvidence:
     def __post_init__(self) -> None:
         samples, rows = len(self.time), len(self.row_size)
         if self.position.ndim != 2 or len(self.position) != samples:
-            raise LogError(f"position has shape {self.position.shape}; expected ({samples}, space), one row a sample")
+            raise LogError(
+                f"position has shape {self.position.shape}; expected ({samples}, space), one row a sample"
+            )
         if self.goals.shape != (rows, len(self.goal_labels), self.position.shape[1]):
             raise LogError(
                 f"goals have shape {self.goals.shape}; expected (rows, goals, space) = "
@@ -90,8 +92,12 @@ class GoalEvidence:
             )
         for name, columns in (("velocity", self.position.shape[1]), ("control", None)):
             array = getattr(self, name)
-            if array is not None and (array.ndim != 2 or len(array) != samples or columns not in (None, array.shape[1])):
-                raise LogError(f"{name} has shape {array.shape}; expected ({samples}, {columns or 'controls'})")
+            if array is not None and (
+                array.ndim != 2 or len(array) != samples or columns not in (None, array.shape[1])
+            ):
+                raise LogError(
+                    f"{name} has shape {array.shape}; expected ({samples}, {columns or 'controls'})"
+                )
         self._check_values()
 
     def _check_values(self) -> None:
@@ -99,22 +105,31 @@ class GoalEvidence:
         bad = gaps <= 0
         bad[self.row_start[1:] - 1] = False
         if not np.isfinite(self.time).all() or bad.any():
-            sample = int(np.argmax(~np.isfinite(self.time))) if not np.isfinite(self.time).all() else int(np.argmax(bad)) + 1
+            sample = (
+                int(np.argmax(~np.isfinite(self.time)))
+                if not np.isfinite(self.time).all()
+                else int(np.argmax(bad)) + 1
+            )
             raise LogError(f"{self.describe_sample(sample)}: time must be finite and increase within a trial")
         seen = np.isfinite(self.position).all(axis=1)
         wrong = ~seen if self.observed is None else self.observed & ~seen
         if wrong.any():
             raise LogError(
-                f"{self.describe_sample(int(np.argmax(wrong)))}: position is not finite there; mark dropouts as not observed"
+                f"{self.describe_sample(int(np.argmax(wrong)))}: position is not finite there; mark dropouts as "
+                "not observed"
             )
         finite = np.isfinite(self.goals).all(axis=2)
         lost = ~finite if self.present is None else self.present & ~finite
         if lost.any():
             row, goal = (int(i) for i in np.argwhere(lost)[0])
-            raise LogError(f"{self.row_name(row)}: goal {self.goal_labels[goal]!r} has no finite position; mark it as absent")
+            raise LogError(
+                f"{self.row_name(row)}: goal {self.goal_labels[goal]!r} has no finite position; mark it as absent"
+            )
         if self.present is not None and not self.present.any(axis=1).all():
             row = int(np.argmin(self.present.any(axis=1)))
-            raise ImpossibleEvidenceError(f"{self.row_name(row)}: no goal is present, so there is nothing to infer")
+            raise ImpossibleEvidenceError(
+                f"{self.row_name(row)}: no goal is present, so there is nothing to infer"
+            )
 
     @property
     def samples(self) -> int:

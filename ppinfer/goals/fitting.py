@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Literal
 
@@ -21,8 +21,21 @@ from ppinfer.goals.quadratic import quadratic_form
 
 Objective = Literal["predictive", "likelihood"]
 
-# where the search begins, and how far its first steps reach, on each parameter's scale
-_SCALES = {"log": (np.log, np.exp), "logit": (lambda p: math.log(p / (1 - p)), lambda x: 1 / (1 + math.exp(-x)))}
+
+def _logit(value: float) -> float:
+    return math.log(value / (1 - value))
+
+
+def _expit(value: float) -> float:
+    return 1 / (1 + math.exp(-value)) if value >= 0 else math.exp(value) / (1 + math.exp(value))
+
+
+# from a parameter to the scale it is searched on, and back
+_SCALES: dict[str, tuple[Callable[[float], float], Callable[[float], float]]] = {
+    "log": (math.log, math.exp),
+    "logit": (_logit, _expit),
+}
+# where the search begins, and how far its first steps reach on each parameter's scale
 _STARTS = {"stay": 0.95, "evidence_floor": 0.02}
 _CONTROL_WEIGHTS = np.geomspace(0.1, 1000.0, 9)
 _FIRST_STEP = 0.7
@@ -49,7 +62,9 @@ class LabelledEvidence:
 
     def __post_init__(self) -> None:
         if not (self.weight > 0).any():
-            raise ModelError("no sample has a known goal, so there is nothing to fit; the log needs segments with true_goal")
+            raise ModelError(
+                "no sample has a known goal, so there is nothing to fit; the log needs segments with true_goal"
+            )
 
 
 @dataclass(frozen=True)
@@ -93,8 +108,8 @@ def fit_goals(
     likelihood estimate at that control weight, and tempering to what remains. On people, whose residuals are correlated
     from sample to sample, it is far from 1.
 
-    ``likelihood`` (goal-lqr only) maximises the likelihood (22) of the controls given the true goals; tempering is 1 and
-    there is no evidence floor.
+    ``likelihood`` (goal-lqr only) maximises the likelihood (22) of the controls given the true goals; tempering is 1
+    and there is no evidence floor.
 
     Parameters
     ----------
@@ -130,14 +145,18 @@ def fit_goals(
         raise ModelError(f"unknown objective {objective!r}: expected 'predictive' or 'likelihood'")
     if objective == "likelihood":
         if not isinstance(model, GoalLQR) or model.agent is not None:
-            raise ModelError("the likelihood objective is that of goal-lqr with its own parameters; use 'predictive'")
+            raise ModelError(
+                "the likelihood objective is that of goal-lqr with its own parameters; use 'predictive'"
+            )
         return _fit_likelihood(model, data, fixed)
     free = [name for name in model.fitted if name not in fixed]
     if isinstance(model, GoalLQR) and model.agent is not None:
         # the matrices are the user's own; how evidence is weighed is still open
         free = [name for name in ("tempering", "stay", "evidence_floor") if name not in fixed]
     if not free:
-        raise ModelError(f"model {model.name!r} has nothing left to fit: free are {', '.join(model.fitted) or 'none'}")
+        raise ModelError(
+            f"model {model.name!r} has nothing left to fit: free are {', '.join(model.fitted) or 'none'}"
+        )
     return _fit_predictive(model, data, free, fixed, start_here=start_here)
 
 
@@ -155,18 +174,27 @@ def _fit_predictive(
         starts = {name: value for name, value in _STARTS.items() if name in free}
         model = dataclasses.replace(model, **starts)  # type: ignore[type-var]
         model = _coarse_start(model, data, free)
-    merged = isinstance(model, GoalLQR) and model.agent is None and "rationality" in free and "tempering" not in fixed
+    merged = (
+        isinstance(model, GoalLQR)
+        and model.agent is None
+        and "rationality" in free
+        and "tempering" not in fixed
+    )
     if merged and isinstance(model, GoalLQR):
         model = dataclasses.replace(model, rationality=model.rationality * model.tempering, tempering=1.0)
     base = model
     scales = [{**model.fitted, "tempering": "log"}[name] for name in free]
 
     def at(point: Float[np.ndarray, " free"]) -> GoalModel:
-        values = {name: float(_SCALES[scale][1](x)) for name, scale, x in zip(free, scales, point, strict=True)}
+        values = {
+            name: float(_SCALES[scale][1](x)) for name, scale, x in zip(free, scales, point, strict=True)
+        }
         changed: GoalModel = dataclasses.replace(base, **values)  # type: ignore[type-var]
         return changed
 
-    start = np.array([_SCALES[scale][0](getattr(base, name)) for name, scale in zip(free, scales, strict=True)])
+    start = np.array(
+        [_SCALES[scale][0](getattr(base, name)) for name, scale in zip(free, scales, strict=True)]
+    )
     point, value, evaluations, converged = _climb(lambda x: predictive_score(at(x), data), start)
     fitted = at(point)
     if merged and isinstance(fitted, GoalLQR):
@@ -182,7 +210,11 @@ def _coarse_start(model: GoalModel, data: LabelledEvidence, free: list[str]) -> 
         weights = _CONTROL_WEIGHTS if "control_weight" in free else [model.control_weight]
         for weight in weights:
             agent = dataclasses.replace(model, control_weight=float(weight))
-            beta = _control_likelihood(agent, data, fit_rationality=True)[0] if "rationality" in free else model.rationality
+            beta = (
+                _control_likelihood(agent, data, fit_rationality=True)[0]
+                if "rationality" in free
+                else model.rationality
+            )
             tempers = (1.0, 0.3, 0.1) if "rationality" in free else (1.0,)
             candidates += [dataclasses.replace(agent, rationality=beta * temper) for temper in tempers]
     else:
@@ -197,7 +229,9 @@ def _coarse_start(model: GoalModel, data: LabelledEvidence, free: list[str]) -> 
 def _fit_likelihood(model: GoalLQR, data: LabelledEvidence, fixed: Collection[str]) -> Fit:
     free = [name for name in ("control_weight", "rationality") if name not in fixed]
     if not free:
-        raise ModelError("control_weight and rationality are both fixed, so the likelihood has nothing to fit")
+        raise ModelError(
+            "control_weight and rationality are both fixed, so the likelihood has nothing to fit"
+        )
     model = dataclasses.replace(model, tempering=1.0, evidence_floor=0.0)
 
     def profile(point: Float[np.ndarray, " 1"]) -> float:
@@ -213,7 +247,9 @@ def _fit_likelihood(model: GoalLQR, data: LabelledEvidence, fixed: Collection[st
     return Fit(dataclasses.replace(model, rationality=beta), "likelihood", value, evaluations, converged)
 
 
-def _control_likelihood(model: GoalLQR, data: LabelledEvidence, *, fit_rationality: bool) -> tuple[float, float]:
+def _control_likelihood(
+    model: GoalLQR, data: LabelledEvidence, *, fit_rationality: bool
+) -> tuple[float, float]:
     """Return the rationality and the weighted mean log likelihood of the controls given the true goals.
 
     With e the residual of a control, the mean of log p is 1/2 log det(2 beta S / 2 pi) - beta E[e'Se], whose maximum
@@ -230,7 +266,9 @@ def _control_likelihood(model: GoalLQR, data: LabelledEvidence, *, fit_rationali
     best = agent.mean_control(motion.state[counted], agent.dynamics.goal_states(goals))
     mean_square = float(weight @ quadratic_form(motion.control[counted] - best, agent.S))
     if not mean_square > 0:
-        raise ModelError("the controls follow the model without any noise (or there is no motion): no rationality fits")
+        raise ModelError(
+            "the controls follow the model without any noise (or there is no motion): no rationality fits"
+        )
     m = agent.dynamics.controls
     beta = 0.5 * m / mean_square if fit_rationality else model.rationality
     _, log_determinant = np.linalg.slogdet(agent.S)
@@ -239,15 +277,19 @@ def _control_likelihood(model: GoalLQR, data: LabelledEvidence, *, fit_rationali
 
 
 def _climb(
-    objective: object, start: Float[np.ndarray, " free"]
+    objective: Callable[[Float[np.ndarray, " free"]], float], start: Float[np.ndarray, " free"]
 ) -> tuple[Float[np.ndarray, " free"], float, int, bool]:
     from scipy.optimize import minimize
 
     simplex = np.vstack([start, start + _FIRST_STEP * np.eye(len(start))])
+
+    def cost(point: np.ndarray) -> float:
+        return -objective(point)
+
     found = minimize(
-        lambda point: -objective(point),  # type: ignore[operator]
+        cost,
         start,
         method="Nelder-Mead",
         options={"initial_simplex": simplex, "xatol": 2e-3, "fatol": 1e-6, "maxfev": 300 * len(start)},
     )
-    return found.x, -float(found.fun), int(found.nfev), bool(found.success)
+    return np.asarray(found.x), -float(found.fun), int(found.nfev), bool(found.success)

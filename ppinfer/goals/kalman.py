@@ -14,7 +14,14 @@ from ppinfer.errors import ModelError
 from ppinfer.goals.dynamics import Dynamics
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.lqr import GoalLQR
-from ppinfer.goals.model import Assessment, GoalDesign, GoalModel, Observation, OnlineLikelihood, require_range
+from ppinfer.goals.model import (
+    Assessment,
+    GoalDesign,
+    GoalModel,
+    Observation,
+    OnlineLikelihood,
+    require_range,
+)
 from ppinfer.goals.noisily_rational import NoisilyRational
 
 SOURCE = "hidden: Kalman-filtered from noisy positions, one filter a goal"
@@ -24,8 +31,8 @@ SOURCE = "hidden: Kalman-filtered from noisy positions, one filter a goal"
 class GoalKalman(GoalModel):
     """A noisily rational LQR agent of which only noisy positions are seen.
 
-    Under each goal the closed loop F = A - BK with process noise Q = B (2 beta S)^-1 B' is a linear-Gaussian system; the
-    evidence of a position is the density of its innovation. A sample whose innovation lies beyond `gate` standard
+    Under each goal the closed loop F = A - BK with process noise Q = B (2 beta S)^-1 B' is a linear-Gaussian system;
+    the evidence of a position is the density of its innovation. A sample whose innovation lies beyond `gate` standard
     deviations under every goal is an outlier: it is counted, updates no filter and says nothing of the goals. After
     `reacquire_after` outliers in a row the filters start anew at the last of them. Dropouts predict without updating.
 
@@ -108,7 +115,9 @@ class GoalKalman(GoalModel):
 
         dt = evidence.dt
         if math.isnan(dt):
-            raise ModelError("no row holds two samples, so the time step is unknown; give the evidence its time_step")
+            raise ModelError(
+                "no row holds two samples, so the time step is unknown; give the evidence its time_step"
+            )
         agent = self.agent_at(dt, evidence.position.shape[1])
         system = _System.of(agent, self.measurement_noise, self.initial_speed)
         goals = np.where(evidence.goal_present[..., None], evidence.goals, 0.0)
@@ -148,7 +157,9 @@ class GoalKalman(GoalModel):
         start = dynamics.goal_states(design.start)
         moving = list(dynamics.velocity_index)
         start[:, moving] = self.initial_speed * rng.standard_normal((len(start), len(moving)))
-        noise = rng.standard_normal((samples, dynamics.controls)) @ np.linalg.cholesky(agent.control_covariance).T
+        noise = (
+            rng.standard_normal((samples, dynamics.controls)) @ np.linalg.cholesky(agent.control_covariance).T
+        )
         state, control = np.empty((samples, dynamics.states)), np.empty((samples, dynamics.controls))
         roll_out(
             start,
@@ -200,7 +211,9 @@ class _System:
             start_covariance=np.diag(variance),
         )
 
-    def drive(self, agent: NoisilyRational, goals: Float[np.ndarray, "*batch space"]) -> Float[np.ndarray, "*batch n"]:
+    def drive(
+        self, agent: NoisilyRational, goals: Float[np.ndarray, "*batch space"]
+    ) -> Float[np.ndarray, "*batch n"]:
         """Return B goal_gain theta for goals at rest."""
         dynamics = agent.dynamics
         drive: np.ndarray = dynamics.goal_states(goals) @ agent.goal_gain.T @ dynamics.B.T

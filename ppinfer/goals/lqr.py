@@ -14,7 +14,14 @@ from ppinfer.distributions import Factor
 from ppinfer.errors import ModelError
 from ppinfer.goals.dynamics import Dynamics
 from ppinfer.goals.evidence import GoalEvidence
-from ppinfer.goals.model import Assessment, GoalDesign, GoalModel, Observation, OnlineLikelihood, require_range
+from ppinfer.goals.model import (
+    Assessment,
+    GoalDesign,
+    GoalModel,
+    Observation,
+    OnlineLikelihood,
+    require_range,
+)
 from ppinfer.goals.motion import Motion, causal_motion
 from ppinfer.goals.noisily_rational import NoisilyRational
 
@@ -136,7 +143,9 @@ class GoalLQR(GoalModel):
         """Return the log evidence for squared residuals e' S e."""
         exponent = squares * (-agent.rationality * self.tempering)
         if self.evidence_floor > 0:
-            exponent = np.logaddexp(exponent + math.log1p(-self.evidence_floor), math.log(self.evidence_floor))
+            exponent = np.logaddexp(
+                exponent + math.log1p(-self.evidence_floor), math.log(self.evidence_floor)
+            )
         peak = self.tempering * _log_peak(agent)
         return np.where(informative[..., None], exponent + peak, 0.0)
 
@@ -199,7 +208,9 @@ class GoalLQR(GoalModel):
         agent = self.agent_at(design.dt, design.start.shape[1])
         dynamics = agent.dynamics
         samples = int(design.row_size.sum())
-        noise = rng.standard_normal((samples, dynamics.controls)) @ np.linalg.cholesky(agent.control_covariance).T
+        noise = (
+            rng.standard_normal((samples, dynamics.controls)) @ np.linalg.cholesky(agent.control_covariance).T
+        )
         state, control = np.empty((samples, dynamics.states)), np.empty((samples, dynamics.controls))
         roll_out(
             dynamics.goal_states(design.start),
@@ -226,10 +237,14 @@ class GoalLQR(GoalModel):
             time_step=design.dt,
         )
 
-    def _agent_and_motion(self, evidence: GoalEvidence, dt: float | None = None) -> tuple[NoisilyRational, Motion]:
+    def _agent_and_motion(
+        self, evidence: GoalEvidence, dt: float | None = None
+    ) -> tuple[NoisilyRational, Motion]:
         step = evidence.dt if dt is None else dt
         if math.isnan(step):
-            raise ModelError("no row holds two samples, so the time step is unknown; give the evidence its time_step")
+            raise ModelError(
+                "no row holds two samples, so the time step is unknown; give the evidence its time_step"
+            )
         agent = self.agent_at(step, evidence.position.shape[1])
         return agent, causal_motion(evidence, agent.dynamics)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -69,12 +69,14 @@ class GoalDesign:
     def time(self) -> Float[np.ndarray, " sample"]:
         """Seconds since the start of the row, for every sample."""
         starts = np.repeat(np.cumsum(self.row_size) - self.row_size, self.row_size)
-        return (np.arange(int(self.row_size.sum())) - starts) * self.dt
+        seconds: np.ndarray = (np.arange(int(self.row_size.sum())) - starts) * self.dt
+        return seconds
 
     @property
     def pursued(self) -> Float[np.ndarray, "row space"]:
         """Position of the goal pursued in each row."""
-        return self.goals[np.arange(len(self.goals)), self.true_goal]
+        pursued: np.ndarray = self.goals[np.arange(len(self.goals)), self.true_goal]
+        return pursued
 
     @property
     def labels(self) -> tuple[str, ...]:
@@ -103,6 +105,7 @@ class Observation:
     control_order: int | None = 2
 
 
+@runtime_checkable
 class OnlineLikelihood(Protocol):
     """The likelihood of one observation after another, within one row."""
 
@@ -127,8 +130,8 @@ class GoalModel(ABC):
 
     A subclass defines `log_likelihood` and `simulate`. It may define a field ``stay`` (the probability per sample that
     the goal stays what it is; 1 by default), set ``memoryless`` (each sample is judged by itself), say how many samples
-    it needs to look at (``window``), name the parameters that `fit_goals` may fit with their scale (``fitted``: ``log`` for
-    positive numbers, ``logit`` for shares), and replace `online` by something faster.
+    it needs to look at (``window``), name the parameters that `fit_goals` may fit (``fitted``, with their scale: ``log``
+    for positive numbers, ``logit`` for shares), and replace `online` by something faster.
     `ppinfer.testing.check_likelihood` holds a subclass to the laws.
 
     Examples

@@ -71,7 +71,9 @@ def causal_motion(evidence: GoalEvidence, dynamics: Dynamics) -> Motion:
     """
     space = evidence.position.shape[1]
     if len(dynamics.position_index) != space:
-        raise ModelError(f"the dynamics move in {len(dynamics.position_index)} dimensions, the log in {space}")
+        raise ModelError(
+            f"the dynamics move in {len(dynamics.position_index)} dimensions, the log in {space}"
+        )
     _require_complete_state(dynamics)
     whole = _logged_motion(evidence, dynamics)
     if whole is not None:
@@ -91,7 +93,11 @@ def causal_motion(evidence: GoalEvidence, dynamics: Dynamics) -> Motion:
         if evidence.velocity is not None:
             velocity, velocity_source = _finite(evidence, "velocity", kept), LOGGED
         else:
-            velocity, velocity_source, needed = _backward_difference(position, elapsed, rank > 0), DIFFERENCES, 1
+            velocity, velocity_source, needed = (
+                _backward_difference(position, elapsed, rank > 0),
+                DIFFERENCES,
+                1,
+            )
         state[:, list(dynamics.velocity_index)] = velocity
 
     if evidence.control is not None and evidence.control_order == dynamics.order:
@@ -123,16 +129,15 @@ def _logged_motion(evidence: GoalEvidence, dynamics: Dynamics) -> Motion | None:
     needs_velocity = bool(dynamics.velocity_index)
     if (needs_velocity and evidence.velocity is None) or not evidence.seen.all():
         return None
-    every = np.arange(0)
     state = evidence.position
     if needs_velocity or dynamics.position_index != tuple(range(dynamics.states)):
         state = np.empty((evidence.samples, dynamics.states))
         state[:, list(dynamics.position_index)] = evidence.position
         if needs_velocity:
-            state[:, list(dynamics.velocity_index)] = _finite(evidence, "velocity", every)
+            state[:, list(dynamics.velocity_index)] = _finite(evidence, "velocity")
     return Motion(
         state=state,
-        control=_finite(evidence, "control", every),
+        control=_finite(evidence, "control"),
         informative=np.ones(evidence.samples, dtype=bool),
         velocity_source=LOGGED if needs_velocity else "not needed",
         control_source=LOGGED,
@@ -156,23 +161,27 @@ def previous_seen(evidence: GoalEvidence) -> Int[np.ndarray, " sample"]:
     return np.where(last >= evidence.row_start[evidence.row_of_sample], last, -1)
 
 
-def _finite(evidence: GoalEvidence, name: str, kept: Int[np.ndarray, " kept"]) -> Float[np.ndarray, "kept m"]:
+def _finite(
+    evidence: GoalEvidence, name: str, kept: Int[np.ndarray, " kept"] | None = None
+) -> Float[np.ndarray, "some m"]:
+    """Return logged values at some samples (by default all), which must be finite."""
     values: np.ndarray = getattr(evidence, name)
+    if kept is not None:
+        values = values[kept]
     # a finite sum means finite terms, at a quarter of the cost of looking at each
-    if np.isfinite(values.sum()):
-        return values if len(kept) == 0 else values[kept]
-    if len(kept) == 0:
-        kept = np.arange(evidence.samples)
-    values = values[kept]
-    wrong = ~np.isfinite(values).all(axis=1)
-    if wrong.any():
-        where = evidence.describe_sample(int(kept[np.argmax(wrong)]))
-        raise LogError(f"{where}: {name} is logged but not finite there")
+    if not np.isfinite(values.sum()):
+        wrong = ~np.isfinite(values).all(axis=1)
+        if wrong.any():
+            first = int(np.argmax(wrong))
+            where = evidence.describe_sample(first if kept is None else int(kept[first]))
+            raise LogError(f"{where}: {name} is logged but not finite there")
     return values
 
 
 def _backward_difference(
-    values: Float[np.ndarray, "kept space"], elapsed: Float[np.ndarray, " kept"], known: Bool[np.ndarray, " kept"]
+    values: Float[np.ndarray, "kept space"],
+    elapsed: Float[np.ndarray, " kept"],
+    known: Bool[np.ndarray, " kept"],
 ) -> Float[np.ndarray, "kept space"]:
     difference = np.zeros_like(values)
     difference[1:] = np.diff(values, axis=0) / elapsed[1:, None]

@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from ppinfer.errors import ModelError
 from ppinfer.goals.dynamics import Dynamics
+from ppinfer.goals.quadratic import quadratic_form
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +50,17 @@ class NoisilyRational:
     """
 
     dynamics: Dynamics
-    Q: Float[np.ndarray, "n n"]
-    R: Float[np.ndarray, "m m"]
+    Q: Float[np.ndarray, "_ _"]
+    R: Float[np.ndarray, "_ _"]
     rationality: float
 
     def __post_init__(self) -> None:
         for name, size, strict in (("Q", self.dynamics.states, False), ("R", self.dynamics.controls, True)):
             matrix = np.array(getattr(self, name), dtype=np.float64)
             if matrix.shape != (size, size):
-                raise ModelError(f"{name} must have shape {(size, size)} for these dynamics; got {matrix.shape}")
+                raise ModelError(
+                    f"{name} must have shape {(size, size)} for these dynamics; got {matrix.shape}"
+                )
             if not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-12, atol=0):
                 raise ModelError(f"{name} must be finite and symmetric")
             smallest = float(np.linalg.eigvalsh(matrix)[0])
@@ -105,7 +108,8 @@ class NoisilyRational:
         """R + B'PB: half the curvature of -Q(x, u) in u."""
         B = self.dynamics.B
         S: np.ndarray = self.R + B.T @ self.P @ B
-        return 0.5 * (S + S.T)
+        symmetric: np.ndarray = 0.5 * (S + S.T)
+        return symmetric
 
     @cached_property
     def K(self) -> Float[np.ndarray, "m n"]:
@@ -118,7 +122,8 @@ class NoisilyRational:
         """K - S^-1 B'P (A - I): the best control is goal_gain theta - K x, for goals that move by themselves too."""
         A, B = self.dynamics.A, self.dynamics.B
         drift: np.ndarray = np.linalg.solve(self.S, B.T @ self.P @ (A - np.eye(len(A))))
-        return self.K - drift
+        gain: np.ndarray = self.K - drift
+        return gain
 
     @property
     def control_covariance(self) -> Float[np.ndarray, "m m"]:
@@ -149,13 +154,11 @@ class NoisilyRational:
 
         Computed as a Gaussian in u, so nothing underflows where the literal exponentials do.
         """
-        from ppinfer.goals.quadratic import quadratic_form
-
         residual = control - self.mean_control(state, goal)
         _, log_determinant = np.linalg.slogdet(2 * self.rationality * self.S)
         constant = 0.5 * log_determinant - 0.5 * self.dynamics.controls * math.log(2 * math.pi)
-        density: np.ndarray = constant - self.rationality * quadratic_form(residual, self.S)
-        return density
+        density = constant - self.rationality * quadratic_form(residual, self.S)
+        return np.asarray(density)
 
     def q_value(
         self,
@@ -164,29 +167,25 @@ class NoisilyRational:
         goal: Float[np.ndarray, "*#batch n"],
     ) -> Float[np.ndarray, "*batch"]:
         """Return Q(x, u; theta) of (23)-(24): instantaneous reward minus the cost to go after one step."""
-        from ppinfer.goals.quadratic import quadratic_form
-
         following = self.dynamics.step(state, control)
-        value: np.ndarray = -(
+        value = -(
             quadratic_form(state - goal, self.Q)
             + quadratic_form(control, self.R)
             + quadratic_form(following - goal, self.P)
         )
-        return value
+        return np.asarray(value)
 
     def log_normaliser(
         self, state: Float[np.ndarray, "*#batch n"], goal: Float[np.ndarray, "*#batch n"]
     ) -> Float[np.ndarray, "*batch"]:
         """Return the log of (26), the integral of exp(beta Q(x, u; theta)) over u, drifting goals included."""
-        from ppinfer.goals.quadratic import quadratic_form
-
         best = self.mean_control(state, goal)
         _, log_determinant = np.linalg.slogdet(2 * self.rationality * self.S)
         m = self.dynamics.controls
-        value: np.ndarray = self.rationality * self.q_value(best, state, goal) + 0.5 * (
+        value = self.rationality * self.q_value(best, state, goal) + 0.5 * (
             m * math.log(2 * math.pi) - log_determinant
         )
-        return value
+        return np.asarray(value)
 
     def sample_control(
         self,

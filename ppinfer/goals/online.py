@@ -83,9 +83,13 @@ class OnlineGoalBelief:
         goals = np.asarray(goals, dtype=np.float64)
         there = np.ones(count, dtype=bool) if present is None else np.asarray(present, dtype=bool)
         if goals.ndim != 2 or len(goals) != count or there.shape != (count,):
-            raise LogError(f"goals of shape {goals.shape} do not match the {count} labels {list(self._axes[0].labels)}")
+            raise LogError(
+                f"goals of shape {goals.shape} do not match the {count} labels {list(self._axes[0].labels)}"
+            )
         if not np.isfinite(goals[there]).all() or not there.any():
-            raise LogError("at least one goal must be present, and every goal that is must have a finite position")
+            raise LogError(
+                "at least one goal must be present, and every goal that is must have a finite position"
+            )
         weights = there / there.sum() if prior is None else np.where(there, prior, 0.0)
         with np.errstate(divide="ignore"):
             log_prior = np.log(weights / weights.sum())

@@ -16,5 +16,4 @@ def quadratic_form(
     >>> quadratic_form(np.array([[1.0, 2.0]]), np.eye(2))
     array([5.])
     """
-    value: np.ndarray = np.einsum("...i,ij,...j->...", vectors, matrix, vectors, optimize=True)
-    return value
+    return np.asarray(np.einsum("...i,...i->...", vectors @ matrix, vectors))

@@ -177,13 +177,13 @@ def kalman_bank(
         started = False
         rejected = 0
         P = start_covariance.copy()
-        for k in range(row_size[row]):
+        for _ in range(row_size[row]):
             outlier[sample] = False
             for goal in range(goals):
                 log_likelihood[sample, goal] = 0.0
             if started:
-                steps = max(1, int(round((time[sample] - time[sample - 1]) / dt)))
-                for _ in range(steps):
+                steps = max(1, round((time[sample] - time[sample - 1]) / dt))
+                for _step in range(steps):
                     for goal in range(goals):
                         x[goal] = F @ x[goal] + drive[row, goal]
                     P = F @ P @ FT + Q
@@ -213,7 +213,9 @@ def kalman_bank(
                         constant = -0.5 * (np.linalg.slogdet(S)[1] + space * np.log(2 * np.pi))
                         gain = P @ HT @ S_inverse
                         for goal in range(goals):
-                            log_likelihood[sample, goal] = constant - 0.5 * float(y[goal] @ (S_inverse @ y[goal]))
+                            log_likelihood[sample, goal] = constant - 0.5 * float(
+                                y[goal] @ (S_inverse @ y[goal])
+                            )
                             x[goal] = x[goal] + gain @ y[goal]
                         kept = identity - gain @ H
                         P = kept @ P @ np.ascontiguousarray(kept.T) + gain @ R @ np.ascontiguousarray(gain.T)

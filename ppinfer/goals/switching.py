@@ -40,7 +40,11 @@ def goal_transition(present: Bool[np.ndarray, " goal"], stay: float) -> Float[np
 
 
 def row_transitions(
-    log_prior: Float[np.ndarray, "row goal"], present: Bool[np.ndarray, "row goal"], stay: float, *, memoryless: bool
+    log_prior: Float[np.ndarray, "row goal"],
+    present: Bool[np.ndarray, "row goal"],
+    stay: float,
+    *,
+    memoryless: bool,
 ) -> tuple[Float[np.ndarray, "kind goal goal"], Int[np.ndarray, " row"]]:
     """Return the distinct log transitions that rows need, and which one each row uses.
 

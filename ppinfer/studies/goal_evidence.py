@@ -63,7 +63,9 @@ def goal_evidence(
     """
     index = agent_index(log, agent)
     if "goal_position" not in log:
-        raise LogError("the log holds no goals (goal_position), so there is nothing to infer; add them when converting")
+        raise LogError(
+            "the log holds no goals (goal_position), so there is nothing to infer; add them when converting"
+        )
     row_size = log["row_size"].values
     trial_start = np.cumsum(row_size) - row_size
     samples = int(row_size.sum())
@@ -93,7 +95,9 @@ def goal_evidence(
         observed=None if seen is None or seen.all() else seen,
         velocity=_logged(log, "velocity", index),
         control=_logged(log, "control", index),
-        control_order=CONTROL_ORDER.get(str(log["control"].attrs.get("quantity", "acceleration"))) if "control" in log else None,
+        control_order=CONTROL_ORDER.get(str(log["control"].attrs.get("quantity", "acceleration")))
+        if "control" in log
+        else None,
         continues=continues,
         name_row=_row_namer(names, trial_of_row, start - trial_start[trial_of_row]),
         time_step=time_step,
@@ -114,7 +118,9 @@ def agent_index(log: xr.Dataset, agent: str) -> int:
     return agents.index(agent)
 
 
-def _goals_and_presence(log: xr.Dataset) -> tuple[Float[np.ndarray, "where goal space"], Bool[np.ndarray, "where goal"]]:
+def _goals_and_presence(
+    log: xr.Dataset,
+) -> tuple[Float[np.ndarray, "where goal space"], Bool[np.ndarray, "where goal"]]:
     goals = log["goal_position"].values
     if "goal_present" in log:
         present = log["goal_present"].values == 1

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from jaxtyping import Float
 
 from ppinfer.errors import LogError
 from ppinfer.goals import GoalModel, infer_goals
@@ -119,13 +121,9 @@ def infer_posterior(
         names = [name for name in _USED if name in log and "sample" in log[name].dims]
         moving = "sample" in log["goal_position"].dims
         samples, trials = int(log.sizes["sample"]), int(log.sizes["trial"])
-        options = {
-            "n_samples": samples,
-            "goals": [str(label) for label in log["goal"].values],
-            "space": [str(label) for label in log["space"].values],
-            "goal_position_dims": "sample" if moving else "trial",
-            "position_units": str(log["position"].attrs.get("units", "m")),
-        }
+        goals = [str(label) for label in log["goal"].values]
+        space = [str(label) for label in log["space"].values]
+        units = str(log["position"].attrs.get("units", "m"))
         still = log[[name for name in _TRIAL_LEVEL if name in log and "sample" not in log[name].dims]].load()
     attrs: dict[str, Any] = {
         "hypothesis": "goal",
@@ -141,7 +139,16 @@ def infer_posterior(
     missing = gated = done = 0
     source = ""
     time_step: float | None = None
-    with PosteriorWriter(posterior_path, attrs=attrs, has_outliers=model.gates_outliers, **options) as writer:
+    with PosteriorWriter(
+        posterior_path,
+        n_samples=samples,
+        goals=goals,
+        space=space,
+        goal_position_dims="sample" if moving else "trial",
+        attrs=attrs,
+        has_outliers=model.gates_outliers,
+        position_units=units,
+    ) as writer:
         for block in iter_blocks(log_path, max_samples=block_samples, variables=names):
             validate_log(block).raise_if_faulty()
             evidence = goal_evidence(block, whose, restart=restart, carry=carry, time_step=time_step)
@@ -149,7 +156,9 @@ def infer_posterior(
                 # the first block's median step stands for the log, so that blocks agree
                 time_step = None if np.isnan(evidence.dt) else evidence.dt
             belief = infer_goals(model, evidence, mode=mode)
-            _write_block(writer, block, evidence, belief, index, done, moving=moving, outliers=model.gates_outliers)
+            _write_block(
+                writer, block, evidence, belief, index, done, moving=moving, outliers=model.gates_outliers
+            )
             source = source or belief.state_source
             missing += int((~evidence.seen).sum())
             gated += 0 if belief.outliers is None else int(belief.outliers.sum())
@@ -172,6 +181,61 @@ def infer_posterior(
             outliers_gated=gated,
         )
     return Inference(whose, trials, samples, segments, missing, gated, source, Path(log_path).name)
+
+
+def posterior_dataset(
+    log: xr.Dataset,
+    evidence: GoalEvidence,
+    log_posterior: Float[np.ndarray, "sample goal"],
+    agent: str,
+    attrs: Mapping[str, Any] | None = None,
+) -> xr.Dataset:
+    """Return a posterior in memory, in the form of a posterior file.
+
+    Parameters
+    ----------
+    log : xarray.Dataset
+        The log, in memory.
+    evidence : GoalEvidence
+        What `goal_evidence` made of it.
+    log_posterior : (sample, goal) float64
+        The log belief at every sample.
+    agent : str
+        Whose goals.
+    attrs : mapping, optional
+        Further attributes.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR, infer_goals
+    >>> from ppinfer.testing import example_log
+    >>> log = example_log(participants=1, trials=1)
+    >>> evidence = goal_evidence(log, "human")
+    >>> belief = infer_goals(GoalLQR(), evidence)
+    >>> posterior_dataset(log, evidence, belief.log_posterior, "human")["log_posterior"].dims
+    ('sample', 'goal')
+    """
+    index = agent_index(log, agent)
+    kept = [
+        name
+        for name in _TRIAL_LEVEL
+        if name in log and not name.startswith("segment_") and name != "true_goal"
+    ]
+    out = log[kept].drop_vars("agent", errors="ignore")
+    out = out.assign(
+        log_posterior=(("sample", "goal"), log_posterior),
+        time=log["time"],
+        position=(("sample", "space"), log["position"].values[:, index], log["position"].attrs),
+        observed=("sample", evidence.seen.astype(np.int8)),
+    )
+    if "goal_present" not in out:
+        out["goal_present"] = (log["goal_position"].dims[:2], _presence(log))
+    if "segment_trial" in log:
+        mine = np.flatnonzero(log["segment_agent"].values.astype(str) == agent)
+        names = ("segment_trial", "segment_start", "segment_stop", "true_goal")
+        out = out.assign({name: ("segment", log[name].values[mine]) for name in names})
+    out.attrs = {"ppinfer_format": "posterior", "hypothesis": "goal", "agent": agent, **(attrs or {})}
+    return out
 
 
 def default_agent(log: xr.Dataset) -> str:
@@ -257,11 +321,12 @@ def _presence(log: xr.Dataset) -> np.ndarray:
 
 def _require_goals(log: xr.Dataset, path: Path) -> None:
     if "goal_position" not in log:
-        raise LogError(f"{path}: the log holds no goals (goal_position); give them when converting (see docs/log-format.md)")
+        raise LogError(
+            f"{path}: the log holds no goals (goal_position); give them when converting (see docs/log-format.md)"
+        )
 
 
 def _version() -> str:
     from ppinfer import __version__
 
     return __version__
-

@@ -1,7 +1,7 @@
 """Laws and strategies: what the project's own tests use, for the tests of others.
 
-The laws are plain functions that raise `AssertionError`. The strategies need Hypothesis (the extra
-``ppinfer[test]``) and are imported when they are first asked for.
+The laws are plain functions that raise `AssertionError`; `check_likelihood` holds a goal model to all of its own. The
+strategies need Hypothesis (the extra ``ppinfer[test]``) and are imported when they are first asked for.
 
 Examples
 --------
@@ -15,6 +15,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from ppinfer.testing.goals import check_likelihood
 from ppinfer.testing.laws import (
     check_batch_equals_loop,
     check_chain_rule,
@@ -26,8 +27,10 @@ from ppinfer.testing.laws import (
     check_scale,
     check_smoother,
 )
+from ppinfer.testing.logs import example_log
 
 if TYPE_CHECKING:
+    from ppinfer.testing.evidence_strategies import goal_evidences
     from ppinfer.testing.strategies import (
         axes,
         axis_sets,
@@ -42,7 +45,7 @@ if TYPE_CHECKING:
 _LATER = dict.fromkeys(
     ("axes", "axis_sets", "distributions", "factors", "log_weights", "relabellings", "transitions"),
     "ppinfer.testing.strategies",
-)
+) | {"goal_evidences": "ppinfer.testing.evidence_strategies"}
 
 
 def __getattr__(name: str) -> Any:
@@ -57,6 +60,7 @@ __all__ = [
     "check_batch_equals_loop",
     "check_chain_rule",
     "check_ignorance",
+    "check_likelihood",
     "check_normalisation",
     "check_online_equals_offline",
     "check_order_of_evidence",
@@ -64,7 +68,9 @@ __all__ = [
     "check_scale",
     "check_smoother",
     "distributions",
+    "example_log",
     "factors",
+    "goal_evidences",
     "log_weights",
     "relabellings",
     "transitions",

@@ -15,7 +15,7 @@ _COORDINATES = st.integers(-80, 80).map(lambda number: number / 8)
 def goal_evidences(
     draw: st.DrawFn, *, max_rows: int = 3, max_samples: int = 6, max_goals: int = 4, dropouts: bool = True
 ) -> GoalEvidence:
-    """Draw evidence: a few rows in the plane, goals that may be absent, dropouts, times with gaps, logged motion or none.
+    """Draw evidence: rows in the plane, goals that may be absent, dropouts, gaps in time, logged motion or none.
 
     Parameters
     ----------
@@ -33,7 +33,9 @@ def goal_evidences(
     >>> test()
     """
     rows = draw(st.integers(1, max_rows))
-    row_size = np.array(draw(st.lists(st.integers(1, max_samples), min_size=rows, max_size=rows)), dtype=np.int64)
+    row_size = np.array(
+        draw(st.lists(st.integers(1, max_samples), min_size=rows, max_size=rows)), dtype=np.int64
+    )
     samples = int(row_size.sum())
     goals = draw(st.integers(1, max_goals))
 

@@ -24,10 +24,10 @@ _RELATIVE = 1e-9
 def check_likelihood(model: GoalModel, *, examples: int = 40, twin: bool = True, seed: int = 0) -> None:
     """Hold a goal model to the laws; a broken one fails with the smallest evidence that shows it.
 
-    The laws: the answer is a factor over (sample, goal) that is zero (in log) at dropouts and impossible exactly where a
-    goal is absent; no sample depends on a later one; goals may be listed in any order; rows do not touch each other; an
-    absent goal changes nothing for the others; beliefs are normalised; the online belief equals the offline one at every
-    sample. With `twin`, data simulated by the model itself are predicted with calibrated probabilities.
+    The laws: the answer is a factor over (sample, goal) that is zero (in log) at dropouts and impossible exactly where
+    a goal is absent; no sample depends on a later one; goals may be listed in any order; rows do not touch each other;
+    an absent goal changes nothing for the others; beliefs are normalised; the online belief equals the offline one at
+    every sample. With `twin`, data simulated by the model itself are predicted with calibrated probabilities.
 
     Parameters
     ----------
@@ -119,7 +119,9 @@ def check_causality(model: GoalModel, evidence: GoalEvidence) -> None:
         velocity=None if evidence.velocity is None else evidence.velocity[kept],
         control=None if evidence.control is None else evidence.control[kept],
     )
-    _assert_close(model.log_likelihood(early).log_values, whole[kept], "a sample's likelihood depends on later samples")
+    _assert_close(
+        model.log_likelihood(early).log_values, whole[kept], "a sample's likelihood depends on later samples"
+    )
 
 
 def check_goal_order(model: GoalModel, evidence: GoalEvidence) -> None:
@@ -154,7 +156,9 @@ def check_rows_apart(model: GoalModel, evidence: GoalEvidence) -> None:
     >>> check_rows_apart(NearestGoal(), example_evidence())
     """
     together = infer_goals(model, evidence).log_posterior
-    alone = [infer_goals(model, evidence.take_rows(np.array([row]))).log_posterior for row in range(evidence.rows)]
+    alone = [
+        infer_goals(model, evidence.take_rows(np.array([row]))).log_posterior for row in range(evidence.rows)
+    ]
     _assert_close(np.concatenate(alone), together, "a row's belief depends on the rows beside it")
 
 
@@ -176,7 +180,9 @@ def check_absent_goals(model: GoalModel, evidence: GoalEvidence) -> None:
     belief = infer_goals(model, widened).log_posterior
     assert (belief[:, -1] == -np.inf).all(), "an absent goal has probability above zero"
     _assert_close(
-        belief[:, anywhere], infer_goals(model, evidence).log_posterior, "an absent goal changes the belief in the others"
+        belief[:, anywhere],
+        infer_goals(model, evidence).log_posterior,
+        "an absent goal changes the belief in the others",
     )
 
 
@@ -188,7 +194,9 @@ def check_belief(model: GoalModel, evidence: GoalEvidence) -> None:
     >>> from ppinfer.goals import NearestGoal
     >>> check_belief(NearestGoal(), example_evidence())
     """
-    filtered, smoothed = (infer_goals(model, evidence, mode=mode).distribution for mode in ("filter", "smooth"))
+    filtered, smoothed = (
+        infer_goals(model, evidence, mode=mode).distribution for mode in ("filter", "smooth")
+    )
     for belief in (filtered, smoothed):
         check_normalisation(belief)
     last = evidence.row_start + evidence.row_size - 1
@@ -221,7 +229,9 @@ def check_online(model: GoalModel, evidence: GoalEvidence) -> None:
     _assert_close(online, offline, "the online belief differs from the offline one")
 
 
-def check_generative_twin(model: GoalModel, rng: np.random.Generator, *, rows: int = 400, samples: int = 12) -> None:
+def check_generative_twin(
+    model: GoalModel, rng: np.random.Generator, *, rows: int = 400, samples: int = 12
+) -> None:
     """Check that the model predicts its own simulations with calibrated probabilities.
 
     Where goals are drawn from the prior and motion from the model, the probability b(goal pursued) has the mean of
@@ -247,8 +257,8 @@ def check_generative_twin(model: GoalModel, rng: np.random.Generator, *, rows: i
         error = surplus.std(ddof=1) / np.sqrt(rows)
         assert abs(surplus.mean()) <= 5 * error + 1e-9, (
             f"after {after} samples simulated by the model, the goal pursued has probability "
-            f"{surplus.mean():+.4f} away from what calibration asks for (standard error {error:.4f}): log_likelihood and "
-            "simulate do not describe the same agent"
+            f"{surplus.mean():+.4f} away from what calibration asks for (standard error {error:.4f}): log_likelihood "
+            "and simulate do not describe the same agent"
         )
 
 
@@ -281,7 +291,9 @@ def example_evidence() -> GoalEvidence:
     )
 
 
-def _assert_close(ours: Float[np.ndarray, "*shape"], theirs: Float[np.ndarray, "*shape"], message: str) -> None:
+def _assert_close(
+    ours: Float[np.ndarray, "*shape"], theirs: Float[np.ndarray, "*shape"], message: str
+) -> None:
     assert ours.shape == theirs.shape, f"{message} (shapes {ours.shape} and {theirs.shape})"
     possible = np.isfinite(theirs)
     assert (np.isfinite(ours) == possible).all(), f"{message}: what is possible differs"

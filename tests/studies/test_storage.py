@@ -73,7 +73,7 @@ def test_a_write_that_fails_leaves_the_earlier_log_and_nothing_beside_it(tmp_pat
 
 
 def test_an_unsound_log_is_not_written(tmp_path):
-    with pytest.raises(FaultyLogError, match="0.1 after 0.1"):
+    with pytest.raises(FaultyLogError, match=r"0\.1 after 0\.1"):
         write_log(small_log(time=[0.0, 0.1, 0.1, 0.3, 0.0, 0.1, 0.3]), tmp_path / "log.nc")
     assert not list(tmp_path.iterdir())
 

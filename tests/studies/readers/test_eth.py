@@ -50,7 +50,7 @@ def test_every_wrong_line_is_told_with_its_number(tmp_path):
 
 
 def test_a_person_twice_in_one_frame_is_told_with_both_lines(tmp_path):
-    with pytest.raises(FaultyLogError, match="line 3: person 1 is in frame 6 twice .also line 2."):
+    with pytest.raises(FaultyLogError, match=r"line 3: person 1 is in frame 6 twice \(also line 2\)"):
         read_eth(scene(tmp_path, [row(0, 1, 0, 0), row(6, 1, 1, 0), row(6, 1, 2, 0)]))
 
 

@@ -207,7 +207,14 @@ true_goal = "goal"
             "1,a,0,1,2,\n2,a,0,1,2,\n1,a,0,1,2,\n2,a,-1,1,2,\n",
             [("time-not-increasing", "reaches.csv", line, "t") for line in (4, 5)],
         ),
-        ("1,a,zero,1,2,\n1,a,,x,2,\n", [("not-a-number", "reaches.csv", 2, "t"), ("missing-value", "reaches.csv", 3, "t"), ("not-a-number", "reaches.csv", 3, "px")]),
+        (
+            "1,a,zero,1,2,\n1,a,,x,2,\n",
+            [
+                ("not-a-number", "reaches.csv", 2, "t"),
+                ("missing-value", "reaches.csv", 3, "t"),
+                ("not-a-number", "reaches.csv", 3, "px"),
+            ],
+        ),
         ("1,a,0,1,2\n\n1,a,1,1,2,,\n", [("wrong-length", "reaches.csv", line, None) for line in (2, 4)]),
         (",a,0,1,2,\n", [("missing-value", "reaches.csv", 2, "g")]),
         ("", [("empty", "reaches.csv", None, None)]),
@@ -216,7 +223,7 @@ true_goal = "goal"
 def test_every_fault_of_a_table_is_told_at_once_with_line_and_column(read, table, expected):
     with pytest.raises(FaultyLogError) as caught:
         read("g,s,t,px,py,tg\n" + table, LONG)
-    assert places(caught) == expected
+    assert sorted(places(caught), key=str) == sorted(expected, key=str)
 
 
 def test_columns_that_are_not_there_are_told_with_the_likeliest_ones(read):

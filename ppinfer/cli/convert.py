@@ -108,10 +108,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _print_summary(summary: dict[str, Any]) -> None:
-    print(
-        f"{summary['output']}: {summary['trials']} trials, {summary['samples']} samples, "
-        f"{summary['participants']} participants, {summary['segments']} segments"
-    )
+    counts = [(summary[name], name) for name in ("trials", "samples", "participants", "segments")]
+    told = ", ".join(f"{count} {name.removesuffix('s') if count == 1 else name}" for count, name in counts)
+    print(f"{summary['output']}: {told}")
     print(f"agents: {', '.join(summary['agents'])}; goals: {', '.join(summary['goals']) or 'none'}")
     for note in summary["notes"]:
         print(f"note: {note}")

@@ -18,6 +18,8 @@ from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.schema import DIGEST_ATTR, FORMAT
 
 _CHUNK_BYTES = 1 << 19
+_MOST_COMPRESSED = 1100
+"""zlib cannot compress further than about 1032 to 1."""
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 
 
@@ -256,6 +258,8 @@ def _open(source: Path) -> xr.Dataset:
         refuse_other_files(source)
         log = xr.open_dataset(source, engine="h5netcdf", **options)
     try:
+        if source.is_file():
+            _refuse_impossible_sizes(source, log)
         return plain_text(log)
     except BaseException:
         log.close()
@@ -280,6 +284,17 @@ def refuse_other_files(source: Path) -> None:
     with h5py.File(source, "r") as file:
         # h5netcdf reads this attribute first, and when that fails it prints a traceback as it is thrown away
         file.attrs.get("_nc3_strict")
+
+
+def _refuse_impossible_sizes(source: Path, log: xr.Dataset) -> None:
+    # a flipped bit in a length would have the reader allocate all memory there is
+    stored = source.stat().st_size
+    for name, variable in log.variables.items():
+        if variable.dtype.kind not in "OUT" and variable.nbytes > _MOST_COMPRESSED * stored:
+            raise LogError(
+                f"{source}: {name} claims {variable.nbytes} bytes, more than a file of {stored} bytes can hold: the "
+                "file is damaged; get it again from its source"
+            )
 
 
 def _verify(source: Path, log: xr.Dataset) -> None:

@@ -1,5 +1,11 @@
+import io
+from contextlib import redirect_stderr, redirect_stdout
+
 import numpy as np
+import pandas as pd
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ppinfer.cli.convert import READER_NAMES
 from ppinfer.studies import READERS, RecordingHeader, RecordingWriter, Trial, read_log
@@ -58,7 +64,7 @@ def test_the_command_offers_every_reader():
 def test_a_table_becomes_a_log_with_a_short_summary(table, capsys, output):
     assert convert(table, output=output) == 0
     said = capsys.readouterr()
-    assert "1 trials, 2 samples, 1 participants, 1 segments" in said.out
+    assert "1 trial, 2 samples, 1 participant, 1 segment\n" in said.out
     assert said.err == ""
     assert read_log(table / output).true_goal.values.tolist() == ["cup"]
 
@@ -132,3 +138,53 @@ def test_real_studies_convert(tmp_path, capsys, folder, reader, trials, segments
     told = checked_json("convert", capsys.readouterr().out)
     assert (told["trials"], told["segments"], len(told["notes"])) == (trials, segments, notes)
     assert run_one("validate", tmp_path / "log.nc") == 0
+
+
+@settings(max_examples=80)
+@given(data=st.data())
+def test_whatever_is_damaged_in_a_table_is_told_and_nothing_half_written(tmp_path_factory, data):
+    folder = tmp_path_factory.mktemp("damaged")
+    (folder / "reaches.toml").write_text(MAPPING)
+    content = bytearray(b"game,t_ms,px,py,heads_for\n1,0,0,0,cup\n1,100,2,8,cup\n2,0,1,1,pan\n")
+    if data.draw(st.booleans()):
+        del content[data.draw(st.integers(0, len(content) - 1)) :]
+    else:
+        content[data.draw(st.integers(0, len(content) - 1))] = data.draw(st.integers(0, 255))
+    (folder / "reaches.csv").write_bytes(content)
+    with redirect_stderr(io.StringIO()) as said, redirect_stdout(io.StringIO()):
+        status = convert(folder)
+    left = {item.name for item in folder.iterdir()} - {"reaches.csv", "reaches.toml"}
+    if status:
+        assert left == set()
+        assert said.getvalue().startswith("ppinfer convert: ")
+        assert "unexpected" not in said.getvalue()
+    else:
+        assert left == {"log.nc"}
+        read_log(folder / "log.nc")
+
+
+@settings(max_examples=60)
+@given(data=st.data())
+def test_whatever_is_damaged_in_a_parquet_table_is_told(tmp_path_factory, data):
+    folder = tmp_path_factory.mktemp("damaged")
+    columns = {
+        "game": ["1", "1"],
+        "t_ms": [0, 100],
+        "px": [0.0, 2.0],
+        "py": [0.0, 8.0],
+        "heads_for": ["cup", "cup"],
+    }
+    pd.DataFrame(columns).to_parquet(folder / "whole.parquet")
+    content = bytearray((folder / "whole.parquet").read_bytes())
+    (folder / "whole.parquet").unlink()
+    if data.draw(st.booleans()):
+        del content[data.draw(st.integers(0, len(content) - 1)) :]
+    else:
+        content[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    (folder / "reaches.parquet").write_bytes(content)
+    (folder / "m.toml").write_text(MAPPING)
+    arguments = ["-o", folder / "log.nc", "--from", "tidy", "--mapping", folder / "m.toml"]
+    with redirect_stderr(io.StringIO()) as said, redirect_stdout(io.StringIO()):
+        status = run_one("convert", folder / "reaches.parquet", *arguments)
+    assert (folder / "log.nc").exists() == (status == 0)
+    assert "unexpected" not in said.getvalue()

@@ -1,3 +1,4 @@
+import shutil
 import warnings
 
 import h5py
@@ -162,7 +163,7 @@ def whole(tmp_path_factory):
     return folder, (folder / "log.nc").read_bytes(), plain(read_log(folder / "log.nc"))
 
 
-@settings(max_examples=100)
+@settings(max_examples=150)
 @given(data=st.data())
 def test_a_log_cut_off_anywhere_is_one_clear_error(whole, data):
     folder, content, _ = whole
@@ -174,7 +175,7 @@ def test_a_log_cut_off_anywhere_is_one_clear_error(whole, data):
     assert not report.ok
 
 
-@settings(max_examples=150)
+@settings(max_examples=250)
 @given(data=st.data())
 def test_flipped_bits_are_never_read_as_another_log(whole, data):
     folder, content, log = whole
@@ -228,3 +229,44 @@ def test_the_hash_of_a_folder_changes_with_names_and_contents(tmp_path):
     assert file_sha256(tmp_path) != first
     with pytest.raises(LogError, match="cannot be read"):
         file_sha256(tmp_path / "nothing")
+
+
+@settings(max_examples=80)
+@given(data=st.data())
+def test_a_zarr_store_that_is_damaged_is_never_read_as_another_log(whole_store, data):
+    folder, files, log = whole_store
+    shutil.rmtree(folder / "damaged.zarr", ignore_errors=True)
+    shutil.copytree(folder / "log.zarr", folder / "damaged.zarr")
+    path = folder / "damaged.zarr" / data.draw(st.sampled_from(files))
+    content = bytearray(path.read_bytes())
+    if data.draw(st.booleans()):
+        content[data.draw(st.integers(0, len(content) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+        path.write_bytes(content)
+    else:
+        path.write_bytes(content[: data.draw(st.integers(0, len(content) - 1))])
+    try:
+        found = read_log(folder / "damaged.zarr")
+    except LogError:
+        return
+    assert plain(found).identical(log)
+
+
+@pytest.fixture(scope="module")
+def whole_store(tmp_path_factory):
+    """A Zarr store, the names of its files, and the log in it."""
+    folder = tmp_path_factory.mktemp("store")
+    write_log(small_log(), folder / "log.zarr")
+    files = sorted(
+        item.relative_to(folder / "log.zarr").as_posix()
+        for item in (folder / "log.zarr").rglob("*")
+        if item.is_file()
+    )
+    return folder, files, plain(read_log(folder / "log.zarr"))
+
+
+def test_a_file_that_claims_more_than_it_can_hold_is_refused_before_memory_is(tmp_path):
+    path = tmp_path / "log.nc"
+    write_log(small_log(), path)
+    with h5py.File(path, "r+") as file:
+        file.create_dataset("heat", shape=(10**12,), dtype="f8", chunks=(1000,))
+    assert [fault.kind for fault in validate_log(path).faults] == ["unreadable"]

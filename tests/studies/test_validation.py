@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from ppinfer.errors import LogError
 from ppinfer.studies import Fault, Faults, FaultyLogError, build_log, read_log, validate_log, write_log
@@ -215,3 +217,38 @@ def test_arrays_that_do_not_fit_are_refused_by_name(changed, told):
 def test_the_message_of_many_faults_names_the_first():
     faults = Faults([Fault("a", "one", file="x.csv"), Fault("b", "two")])
     assert str(FaultyLogError("x.csv", faults)) == "x.csv: 2 faults; the first: one"
+
+
+EXTREMES = {
+    "f": [np.nan, np.inf, -1e308, 1e308, 0.0],
+    "i": [-(2**62), -1, 0, 2**62],
+    "O": ["", "a", None, 3, b"x"],
+}
+
+
+@settings(max_examples=150)
+@given(data=st.data())
+def test_validation_answers_whatever_a_log_holds(data):
+    velocity = np.zeros((7, 2, 2))
+    log = small_log(velocity=velocity, goal_position=np.zeros((7, 2, 2))).copy(deep=True)
+    names = st.sampled_from(sorted(log.data_vars))
+    for name in data.draw(st.lists(names, min_size=1, max_size=3, unique=True)):
+        change = data.draw(st.sampled_from(["value", "drop", "type", "rename"]))
+        if change == "drop":
+            log = log.drop_vars(name)
+        elif change == "rename":
+            log = log.rename_vars({name: f"{name} "})
+        elif change == "type":
+            kinds_of = ["U5", "S5"] if log[name].dtype == object else ["f4", "i2", "O", "U5"]
+            with np.errstate(invalid="ignore"):
+                log[name] = log[name].astype(data.draw(st.sampled_from(kinds_of)))
+        else:
+            values = log[name].values
+            kind = "i" if values.dtype.kind == "i" and values.dtype.itemsize == 8 else values.dtype.kind
+            if kind in EXTREMES and not (kind == "i" and values.dtype.itemsize == 1):
+                values.flat[data.draw(st.integers(0, values.size - 1))] = data.draw(
+                    st.sampled_from(EXTREMES[kind])
+                )
+    report = validate_log(log)
+    assert report.ok == (not report.fault_counts)
+    report.to_json()

@@ -222,11 +222,15 @@ def _rows(path: Path, columns: Sequence[str], faults: Faults) -> list[tuple[int,
 
 def _whole(row: Mapping[str, str], column: str, line: int, file: str, faults: Faults) -> int | None:
     try:
-        return int(row[column])
-    except ValueError:
-        told = f"expected a whole number, got {row[column]!r}"
-        faults.add(Fault("not-a-number", told, file=file, line=line, column=column))
-        return None
+        # tables that went through a spreadsheet write 3 as 3.0
+        value = float(row[column])
+        if value == int(value):
+            return int(value)
+    except (ValueError, OverflowError):
+        pass
+    told = f"expected a whole number, got {row[column]!r}"
+    faults.add(Fault("not-a-number", told, file=file, line=line, column=column))
+    return None
 
 
 def _check_lengths(

@@ -158,12 +158,13 @@ def read_table(
         return _read(path, wanted, options, faults)
     except (pa.ArrowException, OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
         reason = " ".join(str(error).split())[:200]
-        told = "is not UTF-8 text" if isinstance(error, UnicodeDecodeError) else f"cannot be read: {reason}"
-        faults.add(
-            Fault(
-                "unreadable", told, "it is damaged, or not the CSV or Parquet file it claims", file=path.name
-            )
+        told, remedy = (
+            f"cannot be read: {reason}",
+            "it is damaged, or not the CSV or Parquet file it claims to be",
         )
+        if isinstance(error, UnicodeDecodeError):
+            told, remedy = "is not UTF-8 text", "save it as UTF-8"
+        faults.add(Fault("unreadable", told, remedy, file=path.name))
         return None
 
 

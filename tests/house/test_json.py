@@ -1,0 +1,155 @@
+"""What every command prints with `--json` is described by a schema of its own."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from importlib.resources import files
+
+import jsonschema
+import pytest
+
+from ppinfer.cli import COMMANDS, build_parser
+from ppinfer.studies import write_log
+from ppinfer.testing.logs import example_log
+
+from .pages import ROOT, run_command
+
+SMALL = ROOT / "data" / "reaching-small.nc"
+TABLE = "game,person,t,px,py,aim\n" + "".join(
+    f"g{game},p{game % 2},{step / 10},{step * (1 - game % 2) / 10},{step / 20},{'pan' if game % 2 else 'cup'}\n"
+    for game in range(4)
+    for step in range(20)
+)
+MAPPING = """
+[columns]
+trial = "game"
+participant = "person"
+time = "t"
+x = "px"
+y = "py"
+true_goal = "aim"
+
+[constants]
+agent = "human"
+
+[units]
+time = "s"
+position = "m"
+
+[goals]
+cup = [0.0, 1.0]
+pan = [2.0, 1.0]
+"""
+
+
+def schema_of(command):
+    """Return the schema of a command."""
+    return json.loads(
+        (files("ppinfer.cli") / "schemas" / f"{command}.schema.json").read_text(encoding="utf-8")
+    )
+
+
+def parser_of(command):
+    """Return the argument parser of a command."""
+    actions = build_parser()._actions
+    choices = next(action.choices for action in actions if isinstance(action, argparse._SubParsersAction))
+    return choices[command]
+
+
+def objects_of(schema):
+    """Yield every object that a schema describes."""
+    if schema.get("type") == "object" or "properties" in schema:
+        yield schema
+    for part in (
+        *schema.get("properties", {}).values(),
+        schema.get("items"),
+        *schema.get("$defs", {}).values(),
+    ):
+        if isinstance(part, dict):
+            yield from objects_of(part)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder with a log, two posteriors and a fitted model, made by the commands themselves."""
+    folder = tmp_path_factory.mktemp("commands")
+    log = folder / "log.nc"
+    if SMALL.exists():
+        log.write_bytes(SMALL.read_bytes())
+    else:
+        write_log(example_log(), log)
+    (folder / "table.csv").write_text(TABLE)
+    (folder / "mapping.toml").write_text(MAPPING)
+    for name, model in (("near", "nearest"), ("lqr", "goal-lqr")):
+        status, _, err = run_command(f"ppinfer infer {log} -o {folder / name}.nc --model {model}")
+        assert status == 0, err
+    return folder
+
+
+LINES = {
+    "convert": ["convert {0}/table.csv -o {0}/made.nc --from tidy --mapping {0}/mapping.toml"],
+    "validate": ["validate {0}/log.nc", "validate {0}/near.nc"],
+    "fit": [
+        "fit {0}/log.nc --model nearest -o {0}/near.toml",
+        "fit {0}/log.nc --model heading --folds 0 -o {0}/head.toml",
+        "fit {0}/log.nc --model goal-lqr --objective likelihood --folds 0 -o {0}/lqr.toml",
+    ],
+    "infer": [
+        "infer {0}/log.nc -o {0}/again.nc --model goal-lqr --mode smooth --set stay=0.98",
+        "infer {0}/log.nc -o {0}/again.nc --model goal-kalman",
+        "infer {0}/log.nc -o {0}/again.nc --model heading",
+    ],
+    "score": ["score {0}/lqr.nc --at 0.5 1 --by-participant"],
+    "compare": ["compare {0}/near.nc {0}/lqr.nc --at 0.5 --resamples 100"],
+    "report": ["report {0}/lqr.nc -o {0}/report"],
+}
+
+
+def test_every_command_is_tried():
+    assert set(LINES) == set(COMMANDS)
+
+
+@pytest.mark.parametrize(("command", "line"), [(name, line) for name in LINES for line in LINES[name]])
+def test_a_command_prints_one_json_object_that_its_schema_describes(folder, command, line):
+    status, out, err = run_command(f"ppinfer {line.format(folder)} --json")
+    assert status == 0, err
+    jsonschema.validate(json.loads(out), schema_of(command), cls=jsonschema.Draft202012Validator)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_schema_leaves_nothing_open(command):
+    schema = schema_of(command)
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert schema["title"] == f"What ppinfer {command} --json prints"
+    for described in objects_of(schema):
+        assert "additionalProperties" in described, described
+    assert schema["additionalProperties"] is False
+    assert set(schema["required"]) <= set(schema["properties"])
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_has_help_with_an_example_and_json(command):
+    help_text = parser_of(command).format_help()
+    assert f"ppinfer {command} " in help_text.partition("example")[2]
+    assert "--json" in help_text
+    for action in parser_of(command)._actions:
+        assert action.help, f"ppinfer {command}: {action.dest} has no help"
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_the_documentation_describes_every_argument_and_every_property(command):
+    text = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    section = text.partition(f"\n## ppinfer {command}\n")[2].partition("\n## ")[0]
+    assert section, f"docs/commands.md has no section on ppinfer {command}"
+    flags = {
+        flag
+        for action in parser_of(command)._actions
+        for flag in action.option_strings
+        if flag.startswith("--")
+    }
+    common = text.partition("\n## ")[0]
+    missing = [flag for flag in sorted(flags) if f"`{flag}" not in section and f"`{flag}" not in common]
+    missing += [name for name in schema_of(command)["properties"] if f"`{name}`" not in section]
+    assert not missing, f"docs/commands.md, ppinfer {command}: say what {', '.join(missing)} is"

@@ -142,12 +142,18 @@ class GoalLQR(GoalModel):
     ) -> Float[np.ndarray, "*sample goal"]:
         """Return the log evidence for squared residuals e' S e."""
         exponent = squares * (-agent.rationality * self.tempering)
-        if self.evidence_floor > 0:
-            exponent = np.logaddexp(
-                exponent + math.log1p(-self.evidence_floor), math.log(self.evidence_floor)
-            )
-        peak = self.tempering * _log_peak(agent)
-        return np.where(informative[..., None], exponent + peak, 0.0)
+        floor = self.evidence_floor
+        if floor > 0:
+            # beside the floor nothing is left of exp(log f - 50); exponentials that underflow would take long
+            np.maximum(exponent, math.log(floor) - 50.0, out=exponent)
+            np.exp(exponent, out=exponent)
+            exponent *= 1.0 - floor
+            exponent += floor
+            np.log(exponent, out=exponent)
+        exponent += self.tempering * _log_peak(agent)
+        if not informative.all():
+            exponent[~informative] = 0.0
+        return exponent
 
     @property
     def is_cumulative(self) -> bool:
@@ -188,9 +194,9 @@ class GoalLQR(GoalModel):
             block = weights[: len(scores)]
             cumulative_scores(
                 motion.state, motion.control, motion.informative, start, start + len(scores), row_stop,
-                agent.K, slope, price, log_prior, reference, carried, scores,
+                agent.K, slope, price, log_prior, reference, carried, scores, block,
             )  # fmt: skip
-            np.exp(scores, out=block)
+            np.exp(block, out=block)
             normalise_rows(scores, block)
         return log_posterior
 

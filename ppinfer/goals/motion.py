@@ -75,7 +75,7 @@ def causal_motion(evidence: GoalEvidence, dynamics: Dynamics) -> Motion:
             f"the dynamics move in {len(dynamics.position_index)} dimensions, the log in {space}"
         )
     _require_complete_state(dynamics)
-    whole = _logged_motion(evidence, dynamics)
+    whole = _logged_motion(evidence, dynamics) or _difference_motion(evidence, dynamics)
     if whole is not None:
         return whole
     kept = np.flatnonzero(evidence.seen)
@@ -141,6 +141,47 @@ def _logged_motion(evidence: GoalEvidence, dynamics: Dynamics) -> Motion | None:
         informative=np.ones(evidence.samples, dtype=bool),
         velocity_source=LOGGED if needs_velocity else "not needed",
         control_source=LOGGED,
+    )
+
+
+def _difference_motion(evidence: GoalEvidence, dynamics: Dynamics) -> Motion | None:
+    """Return the motion of an integrator whose control was not logged, in one pass."""
+    second = bool(dynamics.velocity_index)
+    if dynamics.order != (2 if second else 1) or dynamics.controls != evidence.position.shape[1]:
+        return None
+    if evidence.control is not None and evidence.control_order == dynamics.order:
+        return None
+    from ppinfer.goals.scans import difference_motion
+
+    logged = second and evidence.velocity is not None
+    velocity = evidence.position
+    if logged:
+        kept = None if evidence.seen.all() else np.flatnonzero(evidence.seen)
+        _finite(evidence, "velocity", kept)
+        assert evidence.velocity is not None
+        velocity = evidence.velocity
+    state = np.zeros((evidence.samples, dynamics.states))
+    control = np.empty((evidence.samples, dynamics.controls))
+    informative = np.empty(evidence.samples, dtype=bool)
+    difference_motion(
+        evidence.time,
+        evidence.position,
+        velocity,
+        logged,
+        evidence.seen,
+        evidence.row_size,
+        np.array(dynamics.position_index),
+        np.array(dynamics.velocity_index, dtype=np.int64),
+        state,
+        control,
+        informative,
+    )
+    return Motion(
+        state=state,
+        control=control,
+        informative=informative,
+        velocity_source=LOGGED if logged else DIFFERENCES if second else "not needed",
+        control_source="differences of logged velocities" if logged else DIFFERENCES,
     )
 
 

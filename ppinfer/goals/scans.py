@@ -6,6 +6,8 @@ import numba
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+LEAST_EXPONENT = -700.0
+
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
 def cumulative_scores(
@@ -22,8 +24,12 @@ def cumulative_scores(
     reference: Float[np.ndarray, "row m"],
     carried: Float[np.ndarray, " carried"],
     scores: Float[np.ndarray, "block goal"],
+    exponents: Float[np.ndarray, "block goal"],
 ) -> None:
     """Write slope . Z_t - price n_t + log_prior, less its maximum over goals, for the samples [first, last).
+
+    The same goes to `exponents`, but nothing below `LEAST_EXPONENT`: what is smaller adds nothing to a sum that is at
+    least 1, and exponentials that underflow take many times as long.
 
     Z_t is the sum of u + K x - reference over the informative samples of the row so far, and n_t their number; both
     restart exactly at every row. `carried` holds the row, n and Z where the block before this one ended.
@@ -57,7 +63,9 @@ def cumulative_scores(
                 scores[t - first, goal] = score
                 largest = max(largest, score)
             for goal in range(goals):
-                scores[t - first, goal] -= largest
+                score = scores[t - first, goal] - largest
+                scores[t - first, goal] = score
+                exponents[t - first, goal] = max(score, LEAST_EXPONENT)
         sample = stop
     carried[0], carried[1] = row, count
     carried[2:] = total
@@ -101,6 +109,57 @@ def squared_residuals(
                         for j in range(controls):
                             square += residual[i] * S[i, j] * residual[j]
                 squares[sample, goal] = square
+            sample += 1
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def difference_motion(
+    time: Float[np.ndarray, " sample"],
+    position: Float[np.ndarray, "sample space"],
+    velocity: Float[np.ndarray, "sample space"],
+    velocity_logged: bool,
+    seen: Bool[np.ndarray, " sample"],
+    row_size: Int[np.ndarray, " row"],
+    position_index: Int[np.ndarray, " space"],
+    velocity_index: Int[np.ndarray, " _"],
+    state: Float[np.ndarray, "sample n"],
+    control: Float[np.ndarray, "sample m"],
+    informative: Bool[np.ndarray, " sample"],
+) -> None:
+    """Write, at each sample, the state at the sample of its row seen before it and the control that led from there.
+
+    The control is the difference of positions over time or, where the state holds velocities (an empty
+    `velocity_index` says that it does not), that of velocities: as logged, or differences themselves. Zeros, and not
+    `informative`, where too little was seen.
+    """
+    space, second_order = position.shape[1], len(velocity_index) > 0
+    needed = 2 if second_order and not velocity_logged else 1
+    speed, last_speed = np.zeros(space), np.zeros(space)
+    sample = 0
+    for row in range(len(row_size)):
+        rank, last = 0, sample
+        for _ in range(row_size[row]):
+            tells = seen[sample] and rank >= needed
+            informative[sample] = tells
+            if not tells:
+                state[sample] = 0.0
+                control[sample] = 0.0
+            if seen[sample]:
+                elapsed = time[sample] - time[last]
+                for i in range(space):
+                    if velocity_logged:
+                        speed[i] = velocity[sample, i]
+                    elif rank > 0:
+                        speed[i] = (position[sample, i] - position[last, i]) / elapsed
+                    if tells:
+                        state[sample, position_index[i]] = position[last, i]
+                        if second_order:
+                            state[sample, velocity_index[i]] = last_speed[i]
+                            control[sample, i] = (speed[i] - last_speed[i]) / elapsed
+                        else:
+                            control[sample, i] = speed[i]
+                    last_speed[i] = speed[i]
+                rank, last = rank + 1, sample
             sample += 1
 
 

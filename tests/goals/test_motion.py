@@ -119,3 +119,36 @@ def test_previous_seen_skips_dropouts_and_stops_at_the_row():
         observed=np.array([True, False, True, True]),
     )
     assert previous_seen(evidence).tolist() == [-1, 0, 0, -1]
+
+
+@pytest.mark.parametrize("logged", [False, True], ids=["positions only", "velocities logged"])
+@pytest.mark.parametrize("name", ["single-integrator", "double-integrator"])
+def test_one_pass_over_an_integrator_tells_what_the_general_way_does(name, logged, monkeypatch):
+    rng = np.random.default_rng(3)
+    row_size = np.array([1, 2, 3, 40, 1, 60])
+    samples = int(row_size.sum())
+    position = rng.normal(size=(samples, 2))
+    for observed in (None, rng.random(samples) > 0.4):
+        seen = np.where(np.ones(samples, bool) if observed is None else observed, 1.0, np.nan)[:, None]
+        evidence = evidence_of(
+            position * seen,
+            time=np.cumsum(rng.uniform(0.05, 0.2, samples)),
+            row_size=row_size,
+            observed=observed,
+            velocity=rng.normal(size=(samples, 2)) * seen if logged else None,
+        )
+        dynamics = Dynamics.named(name, 0.1)
+        fast = causal_motion(evidence, dynamics)
+        with monkeypatch.context() as patch:
+            patch.setattr("ppinfer.goals.motion._difference_motion", lambda evidence, dynamics: None)
+            general = causal_motion(evidence, dynamics)
+        told = general.informative
+        assert fast.informative.tolist() == told.tolist()
+        assert_allclose(fast.state[told], general.state[told], rtol=1e-15)
+        assert_allclose(fast.control[told], general.control[told], rtol=1e-12)
+        assert not fast.state[~told].any()
+        assert not fast.control[~told].any()
+        assert (fast.velocity_source, fast.control_source) == (
+            general.velocity_source,
+            general.control_source,
+        )

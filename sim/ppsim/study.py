@@ -153,8 +153,9 @@ def record_study(
                 recording.append(trial)
                 progress(done, trials)
     log = read_recording(path)
-    # the hash would be that of a file that is about to go
-    del log.attrs["source_sha256"]
+    # they tell of the recording, which is about to go
+    for name in ("source_sha256", "notes"):
+        del log.attrs[name]
     if "control" in log:
         log["control"].attrs["quantity"] = study.control_quantity
     write_log(log, target)

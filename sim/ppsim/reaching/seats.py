@@ -34,7 +34,7 @@ class NoisilyRationalSeat:
     >>> seat.reset(np.random.default_rng(0))
     >>> seen = ReachingWorld(Rules(), dynamics).reset(1)["human"]
     >>> seat.act(seen).shape, seat.goal
-    ((2,), 1)
+    ((2,), 0)
     """
 
     def __init__(self, agent: NoisilyRational, choice: GoalChoice) -> None:

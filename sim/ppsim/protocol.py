@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Generic, Protocol, TypeVar
+from typing import Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
@@ -15,6 +15,7 @@ Given = TypeVar("Given", contravariant=True)
 Action = Float[np.ndarray, " control"]
 
 
+@runtime_checkable
 class World(Protocol, Generic[Seen, Happened]):
     """A world of named agents that moves one step at a time.
 
@@ -35,6 +36,7 @@ class World(Protocol, Generic[Seen, Happened]):
         ...
 
 
+@runtime_checkable
 class Seat(Protocol, Generic[Given]):
     """Whoever moves one agent."""
 

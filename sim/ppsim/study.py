@@ -10,7 +10,7 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import xarray as xr
 
@@ -20,6 +20,7 @@ from ppinfer.studies.storage import check_target
 from ppsim.errors import SimulationError
 
 
+@runtime_checkable
 class Study(Protocol):
     """A study that can be simulated: trial i is a function of the study and of i alone."""
 
@@ -70,7 +71,7 @@ def simulate(study: Study, indices: Sequence[int], *, workers: int = 1) -> Itera
         min(workers, len(indices)), mp_context=context, initializer=_leave_interrupts_to_the_parent
     )
     try:
-        yield from pool.map(study.trial, indices, chunksize=max(1, len(indices) // (8 * workers)))
+        yield from pool.map(study.trial, indices, chunksize=min(4, -(-len(indices) // workers)))
     finally:
         pool.shutdown(cancel_futures=True)
 

@@ -5,6 +5,7 @@ from hypothesis import strategies as st
 
 from ppinfer.goals import Dynamics, NoisilyRational
 from ppsim.errors import SimulationError
+from ppsim.protocol import Seat, World
 from ppsim.reaching import Collided, NearestGoal, NoisilyRationalSeat, ReachingWorld, Rules, Scored
 from ppsim.reaching.world import goals_reached
 
@@ -73,7 +74,7 @@ def test_the_team_scores_when_both_are_at_distinct_goals_and_the_goals_are_drawn
     goals = seen["human"].goals
     seen, events = steer(world, seen, {"human": goals[2], "robot": goals[0] + [0.0, 0.49]})
     assert [event for event in events if isinstance(event, Scored)] == [
-        Scored(pytest.approx(DT), {"human": 2, "robot": 0}, 2)
+        Scored(DT, {"human": 2, "robot": 0}, 2)
     ]
     after = seen["human"]
     assert (after.score, after.drawn) == (2, 1)
@@ -155,3 +156,8 @@ def test_a_world_needs_a_goal_for_every_agent():
 def test_the_goal_reached_is_the_one_within_the_radius():
     goals = np.array([[0.0, 0.0], [4.0, 0.0]])
     np.testing.assert_array_equal(goals_reached(np.array([[0.5, 0.0], [3.4, 0.0]]), goals, 0.5), [0, -1])
+
+
+def test_the_world_and_its_seats_speak_the_protocol():
+    assert isinstance(ReachingWorld(Rules(), DOUBLE), World)
+    assert isinstance(NoisilyRationalSeat(NoisilyRational.lqr(DOUBLE), NearestGoal()), Seat)

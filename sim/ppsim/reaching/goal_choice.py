@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -12,6 +12,7 @@ from ppinfer.goals.model import require_range
 from ppsim.reaching.world import Observation
 
 
+@runtime_checkable
 class GoalChoice(Protocol):
     """Chooses a goal, and chooses again as the game goes on."""
 

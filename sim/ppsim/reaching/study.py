@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -237,11 +237,15 @@ class ReachingStudy:
         return self.logs_motion and self.control_quantity == "acceleration"
 
     def _agent(self, rationality: float) -> NoisilyRational:
-        return NoisilyRational.lqr(
-            Dynamics.named(self.dynamics, self.dt),
-            control_weight=self.control_weight,
-            rationality=rationality,
-        )
+        return _agent(self.dynamics, self.dt, self.control_weight, rationality)
+
+
+@lru_cache(maxsize=1024)
+def _agent(dynamics: str, dt: float, control_weight: float, rationality: float) -> NoisilyRational:
+    # its Riccati equation is solved once, and not in each of a participant's trials
+    return NoisilyRational.lqr(
+        Dynamics.named(dynamics, dt), control_weight=control_weight, rationality=rationality
+    )
 
 
 def _variables(played: Played, rationality: list[float]) -> dict[str, tuple[Any, ...]]:

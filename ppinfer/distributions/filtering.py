@@ -302,6 +302,9 @@ def _filtered(rows: _Rows, describe: Callable[[int], str] | None) -> np.ndarray:
     """Run the forward kernel, or name the sample that stops it."""
     from ppinfer.distributions.scans import OK, forward_kernel
 
+    plain = _filtered_plainly(rows)
+    if plain is not None:
+        return plain
     out = np.empty_like(rows.log_likelihood)
     transition = np.exp(rows.log_transition)
     status = forward_kernel(
@@ -316,6 +319,30 @@ def _filtered(rows: _Rows, describe: Callable[[int], str] | None) -> np.ndarray:
     )
     if status != OK:
         _refuse(status, rows, describe)
+    return out
+
+
+def _filtered_plainly(rows: _Rows) -> np.ndarray | None:
+    """Filter with probabilities in place of their logs, or return None where these would not do."""
+    from ppinfer.distributions.scans import centre_samples, plain_forward_kernel
+
+    # without a transition nothing bounds how far apart hypotheses drift, and tiny differences add up: that needs logs
+    if not len(rows.log_transition):
+        return None
+    transition = np.exp(rows.log_transition)
+    if ((transition == 0.0) & (rows.log_transition > -math.inf)).any():
+        return None
+    centred = np.empty_like(rows.log_likelihood)
+    if not centre_samples(rows.log_likelihood, centred):
+        return None
+    out = np.empty_like(centred)
+    if not plain_forward_kernel(
+        np.exp(centred), rows.row_size, rows.log_prior, transition, rows.which, rows.continues, out
+    ):
+        return None
+    with np.errstate(divide="ignore"):
+        np.log(out, out=out)
+    out += centred
     return out
 
 

@@ -151,6 +151,75 @@ def forward_kernel(  # type: ignore[no-untyped-def]
     return OK
 
 
+@numba.njit(types.boolean(_LOGS_2, _F8_2), cache=True, nogil=True)
+def centre_samples(log_likelihood, out):  # type: ignore[no-untyped-def]
+    """Write log likelihoods less each sample's peak; false where exponentials of them would lose anything."""
+    lowest = np.log(_TOO_SMALL)
+    for sample in range(log_likelihood.shape[0]):
+        peak = log_likelihood[sample, 0]
+        for k in range(1, log_likelihood.shape[1]):
+            peak = max(peak, log_likelihood[sample, k])
+        if not -np.inf < peak < np.inf:
+            return False
+        for k in range(log_likelihood.shape[1]):
+            centred = log_likelihood[sample, k] - peak
+            if not (centred > lowest or centred == -np.inf):
+                return False
+            out[sample, k] = centred
+    return True
+
+
+@numba.njit(
+    types.boolean(_LOGS_2, _ROWS, _LOGS_2, _LOGS_3, _ROWS, _FLAGS, _F8_2),
+    cache=True,
+    nogil=True,
+)
+def plain_forward_kernel(  # type: ignore[no-untyped-def]
+    likelihood, row_size, log_prior, transition, which_transition, continues, out
+):
+    """Filter forwards in plain numbers: write prediction / evidence, which times the likelihood is the posterior.
+
+    Several times as fast as `forward_kernel`, as no exponential or logarithm is taken here; false, with `out` to be
+    thrown away, as soon as a number is so small that terms may have underflowed, or nothing is possible.
+    """
+    size = likelihood.shape[1]
+    state, predicted = np.zeros(size), np.empty(size)
+    sample = 0
+    for row in range(row_size.shape[0]):
+        for position in range(row_size[row]):
+            if position == 0 and not continues[row]:
+                for k in range(size):
+                    predicted[k] = np.exp(log_prior[row, k])
+                    if predicted[k] <= _TOO_SMALL and log_prior[row, k] > -np.inf:
+                        return False
+            else:
+                matrix = transition[which_transition[row]]
+                for j in range(size):
+                    probability = 0.0
+                    for i in range(size):
+                        probability += state[i] * matrix[i, j]
+                    predicted[j] = probability
+                    if probability <= _TOO_SMALL:
+                        # zero is sound where no way leads there
+                        for i in range(size):
+                            if state[i] > 0.0 and matrix[i, j] > 0.0:
+                                return False
+            evidence = 0.0
+            for k in range(size):
+                state[k] = predicted[k] * likelihood[sample, k]
+                if state[k] <= _TOO_SMALL and predicted[k] > 0.0 and likelihood[sample, k] > 0.0:
+                    return False
+                evidence += state[k]
+            if not 0.0 < evidence < np.inf:
+                return False
+            scale = 1.0 / evidence
+            for k in range(size):
+                out[sample, k] = predicted[k] * scale
+                state[k] *= scale
+            sample += 1
+    return True
+
+
 @numba.njit(
     types.void(_LOGS_2, _ROWS, _LOGS_3, _LOGS_3, _ROWS, _FLAGS, _F8_2),
     cache=True,

@@ -2,6 +2,7 @@
 
 import math
 from itertools import product
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -88,6 +89,11 @@ def path_posteriors(
     return filtered, smoothed
 
 
+def logs(probabilities):
+    with np.errstate(divide="ignore"):
+        return np.log(probabilities)
+
+
 def agree(found, expected):
     assert np.array_equal(found == -math.inf, expected == -math.inf)
     finite = expected > -math.inf
@@ -161,6 +167,28 @@ def test_read_only_and_listed_inputs_give_the_same(problem):
     assert np.array_equal(forward_filter(**frozen), expected)
     assert np.array_equal(forward_filter(**listed), expected)
     assert np.array_equal(smooth(**frozen), smooth(**problem))
+
+
+@given(ragged_problems())
+def test_plain_numbers_where_they_do_give_what_logs_give(problem):
+    try:
+        found = forward_filter(**problem)
+    except ImpossibleEvidenceError:
+        return
+    with mock.patch("ppinfer.distributions.filtering._filtered_plainly", return_value=None):
+        agree(found, forward_filter(**problem))
+
+
+def test_plain_numbers_are_enough_for_likely_goals_and_absent_ones():
+    log_likelihood = np.random.default_rng(0).normal(scale=20.0, size=(1000, 3))
+    log_likelihood[:, 2] = -np.inf
+    stay = logs([[[0.9, 0.1, 0.0], [0.2, 0.8, 0.0], [0.0, 0.0, 1.0]]])
+    problem = log_likelihood, [400, 600], logs([[0.5, 0.5, 0.0]] * 2), stay
+    with mock.patch("ppinfer.distributions.scans.forward_kernel", None):
+        found = forward_filter(*problem)
+    with mock.patch("ppinfer.distributions.filtering._filtered_plainly", return_value=None):
+        expected = forward_filter(*problem)
+    assert np.allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
 def test_weights_of_minus_a_million_and_of_a_trillionth_both_survive_ten_thousand_samples():

@@ -132,9 +132,13 @@ def _logged_motion(evidence: GoalEvidence, dynamics: Dynamics) -> Motion | None:
     state = evidence.position
     if needs_velocity or dynamics.position_index != tuple(range(dynamics.states)):
         state = np.empty((evidence.samples, dynamics.states))
-        state[:, list(dynamics.position_index)] = evidence.position
+        # column by column: many times as fast as an indexed copy of all
+        for column, entry in enumerate(dynamics.position_index):
+            state[:, entry] = evidence.position[:, column]
         if needs_velocity:
-            state[:, list(dynamics.velocity_index)] = _finite(evidence, "velocity")
+            velocity = _finite(evidence, "velocity")
+            for column, entry in enumerate(dynamics.velocity_index):
+                state[:, entry] = velocity[:, column]
     return Motion(
         state=state,
         control=_finite(evidence, "control"),

@@ -4,7 +4,8 @@
     ```console              `$ command` and what it prints; `...` stands for anything
     ```python               examples with `>>>`, or plain code; one namespace for the whole page
     ```toml name=m.toml     any language: the block is written to that file first
-    ```text                 (and every other language) only read
+    ```text                 (and every other language) only read; a block without one that holds nothing but
+                            our commands is taken for `sh`
 
 The folder holds the repository's `data/`, and the small log once more as `LOG.nc`.
 
@@ -122,7 +123,7 @@ def run_page(page: Path, folder: Path, monkeypatch: Any) -> int:
     for block in read_blocks(page):
         if "name" in block.options:
             Path(block.options["name"]).write_text(block.text, encoding="utf-8")
-        elif block.language in ("sh", "console"):
+        elif block.language in ("sh", "console") or _is_all_commands(block):
             for command in read_commands(block):
                 # `a && b` is two commands; a page needs no more of the shell than that
                 for part in command.text.split(" && "):
@@ -131,6 +132,11 @@ def run_page(page: Path, folder: Path, monkeypatch: Any) -> int:
             _run_python(block, names, page.name)
             done += 1
     return done
+
+
+def _is_all_commands(block: Block) -> bool:
+    lines = block.text.splitlines()
+    return not block.language and all(line.startswith(("ppinfer ", "ppsim ")) for line in lines)
 
 
 def _run_shown(line: str, command: Command, block: Block, page: str) -> int:

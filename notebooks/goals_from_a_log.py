@@ -26,15 +26,10 @@ import numpy as np
 import pandas as pd
 
 import ppinfer
-from ppinfer.goals import GoalLQR, Heading, NearestGoal, infer_goals
+from ppinfer.goals import GoalLQR, Heading, NearestGoal
 from ppinfer.plots import plot_participants, plot_path, plot_posterior_over_time, plot_reliability
 from ppinfer.plots.palette import goal_colour
-from ppinfer.studies import read_log
-from ppinfer.studies.calibration import calibrate_posterior
-from ppinfer.studies.fit import fit_study
-from ppinfer.studies.goal_evidence import goal_evidence
-from ppinfer.studies.infer import posterior_dataset
-from ppinfer.studies.scores import score_posterior
+from ppinfer.studies import calibrate_posterior, fit_study, infer_log, read_log, score_posterior
 
 plt.rcParams["figure.dpi"] = 110
 # the log that ships with ppinfer: beside the package, or above this notebook
@@ -86,17 +81,9 @@ _ = ax.legend(frameon=False)
 # a goal may be given up with probability 1 - `stay` per sample. Velocities were not logged, so they are
 # derived from earlier positions only.
 
-
 # %%
-def infer(model, mode="filter", agent="human"):
-    """Return the posterior over an agent's goals at every sample, as `ppinfer infer` writes it."""
-    evidence = goal_evidence(log, agent)
-    belief = infer_goals(model, evidence, mode=mode)
-    return posterior_dataset(log, evidence, belief.log_posterior, agent)
-
-
 first_guess = GoalLQR(control_weight=10.0, rationality=0.002, stay=0.98)
-posterior = infer(first_guess)
+posterior = infer_log(log, first_guess)
 
 
 def path_and_posterior(posterior, trial):
@@ -119,7 +106,7 @@ path_and_posterior(posterior, TRIAL)
 # %%
 shares = np.linspace(0.05, 1, 20)
 models = {"goal-lqr, stay 0.98": first_guess, "nearest goal": NearestGoal(), "heading": Heading()}
-posteriors = {name: infer(model) for name, model in models.items()}
+posteriors = {name: infer_log(log, model) for name, model in models.items()}
 
 
 def draw_curves(posteriors):
@@ -176,7 +163,7 @@ score_table(posteriors)
 # seconds.
 
 # %%
-plain = infer(GoalLQR(control_weight=10.0, rationality=0.002))
+plain = infer_log(log, GoalLQR(control_weight=10.0, rationality=0.002))
 fig, axes = plt.subplots(2, 1, figsize=(9, 6), layout="constrained")
 for ax, (name, each) in zip(axes, {"stay = 1": plain, "stay = 0.98": posterior}.items(), strict=True):
     plot_posterior_over_time(each, TRIAL, ax=ax)
@@ -237,7 +224,7 @@ _ = axes[1].set_title("after 25 % of each segment", loc="left")
 # %%
 fig, axes = plt.subplots(2, 1, figsize=(9, 6), layout="constrained")
 for ax, mode in zip(axes, ("filter", "smooth"), strict=True):
-    plot_posterior_over_time(infer(fitted.fit.model, mode), "p4-0", ax=ax)
+    plot_posterior_over_time(infer_log(log, fitted.fit.model, mode=mode), "p4-0", ax=ax)
     ax.set_title({"filter": "filtered: so far", "smooth": "smoothed: looking back"}[mode], loc="left")
 
 # %% [markdown]
@@ -246,5 +233,5 @@ for ax, mode in zip(axes, ("filter", "smooth"), strict=True):
 # - The same from the terminal: `ppinfer fit LOG.nc --model goal-lqr -o MODEL.toml`, then
 #   `ppinfer infer LOG.nc -o POST.nc --model MODEL.toml` and `ppinfer report POST.nc -o DIR`.
 # - Your own data: `ppinfer convert TABLE.csv -o LOG.nc --from tidy --mapping M.toml`.
-# - The robot's goals: `infer(model, agent="robot")`, or `--agent robot`.
+# - The robot's goals: `infer_log(log, model, agent="robot")`, or `--agent robot`.
 # - Harder worlds, whose truth is known: `ppsim record reaching --help`.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppinfer.cli.model_options import add_set_argument, model_from_options, parse_settings
@@ -154,7 +155,9 @@ def print_fit(fitted: StudyFit, output: str) -> None:
         )
     )
     people = len(fitted.participants)
-    title = f"{output}: {fit.model.name} fitted to {fitted.segments} segments of {people} participants"
+    title = (
+        f"{Path(output).name}: {fit.model.name} fitted to {fitted.segments} segments of {people} participants"
+    )
     print_table(title, ("parameter", "value"), rows)
     if fitted.folds:
         print_table(
@@ -174,8 +177,6 @@ def print_fit(fitted: StudyFit, output: str) -> None:
 
 def _notes(fitted: StudyFit, args: argparse.Namespace, sha256: str) -> dict[str, Any]:
     """Return how the model came about, for MODEL.toml; TOML has no nan, so what is not known is left out."""
-    from pathlib import Path
-
     from ppinfer import __version__
     from ppinfer.goals.configuration import parameters_of
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ppinfer.cli.model_options import add_set_argument, model_from_options
@@ -141,4 +142,4 @@ def print_inference(done: Inference, model: GoalModel, output: str) -> None:
         )
         for score in scores
     ]
-    print_table(f"{output}: {model.name} on {done.log_name}", ("", ""), rows)
+    print_table(f"{Path(output).name}: {model.name} on {done.log_name}", ("", ""), rows)

@@ -47,6 +47,21 @@ def parameters_of(model: GoalModel) -> dict[str, str | int | float]:
     return {name: getattr(model, name) for name in parameter_names(type(model))}
 
 
+def other_parameters_of(model: GoalModel) -> dict[str, str]:
+    """Return, as text, the parameters that cannot be written down as numbers or names: matrices of one's own.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import NearestGoal
+    >>> other_parameters_of(NearestGoal())
+    {}
+    """
+    plain = parameter_names(type(model))
+    names: dict[str, Any] = getattr(model, "__dataclass_fields__", {})
+    values = {name: getattr(model, name) for name in names if name not in plain}
+    return {name: repr(value) for name, value in values.items() if value is not None}
+
+
 def make_model(name: str, parameters: Mapping[str, Any]) -> GoalModel:
     """Return the model called `name` with these parameters, given as numbers or as text.
 

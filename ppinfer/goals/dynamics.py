@@ -147,7 +147,7 @@ class Dynamics:
         return control
 
     def usable_step(self, elapsed: Float[np.ndarray, "*batch"]) -> Bool[np.ndarray, "*batch"]:
-        """Return where a control can be read off a step of that duration (s): within 1 % of dt, unless of an `order`."""
+        """Return where a control can be read off a step of that duration (s): within 1 % of dt, if no `order`."""
         if self.order is not None or self.dt is None:
             return np.ones(elapsed.shape, dtype=bool)
         usable: np.ndarray = np.abs(elapsed - self.dt) <= 0.01 * self.dt

@@ -76,7 +76,7 @@ class GoalKalman(GoalModel):
     dynamics: str = "double-integrator"
     control_weight: float = 10.0
     state_weight: float = 1.0
-    rationality: float = 0.01
+    rationality: float = 0.002
     measurement_noise: float = 0.05
     initial_speed: float = 1.0
     gate: float = 5.0

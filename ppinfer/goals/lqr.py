@@ -87,7 +87,7 @@ class GoalLQR(GoalModel):
     dynamics: str = "single-integrator"
     control_weight: float = 10.0
     state_weight: float = 1.0
-    rationality: float = 0.01
+    rationality: float = 0.002
     tempering: float = 1.0
     stay: float = 1.0
     evidence_floor: float = 0.0

@@ -130,8 +130,8 @@ class GoalModel(ABC):
 
     A subclass defines `log_likelihood` and `simulate`. It may define a field ``stay`` (the probability per sample that
     the goal stays what it is; 1 by default), set ``memoryless`` (each sample is judged by itself), say how many samples
-    it needs to look at (``window``), name the parameters that `fit_goals` may fit (``fitted``, with their scale: ``log``
-    for positive numbers, ``logit`` for shares), and replace `online` by something faster.
+    it needs to look at (``window``), name the parameters that `fit_goals` may fit (``fitted``, with their scale:
+    ``log`` for positive numbers, ``logit`` for shares), and replace `online` by something faster.
     `ppinfer.testing.check_likelihood` holds a subclass to the laws.
 
     Examples

@@ -2,21 +2,30 @@
 
 from ppinfer.studies.assembling import build_log
 from ppinfer.studies.blocks import iter_blocks
+from ppinfer.studies.calibration import Calibration, calibrate_posterior
 from ppinfer.studies.checksums import content_digest, file_sha256
+from ppinfer.studies.comparison import compare_posteriors
 from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
 from ppinfer.studies.file_checks import validate_file
+from ppinfer.studies.fit import StudyFit, fit_study
+from ppinfer.studies.goal_evidence import goal_evidence
+from ppinfer.studies.infer import infer_posterior
+from ppinfer.studies.log_inference import infer_log, posterior_dataset
+from ppinfer.studies.posterior import open_posterior, write_posterior
 from ppinfer.studies.readers import READERS, read_study
 from ppinfer.studies.readers.eth import read_eth
 from ppinfer.studies.readers.reaching_study import read_reaching_study
 from ppinfer.studies.readers.tidy import read_tidy
 from ppinfer.studies.recording import Recording, RecordingWriter, load_recording, read_recording
 from ppinfer.studies.recording_lines import RecordingHeader
+from ppinfer.studies.scores import Scores, score_posterior
 from ppinfer.studies.storage import open_log, read_log, write_log
 from ppinfer.studies.trials import Segment, Trial, log_of_trials
 from ppinfer.studies.validation import validate_log
 
 __all__ = [
     "READERS",
+    "Calibration",
     "Fault",
     "Faults",
     "FaultyLogError",
@@ -24,22 +33,34 @@ __all__ = [
     "RecordingHeader",
     "RecordingWriter",
     "Report",
+    "Scores",
     "Segment",
+    "StudyFit",
     "Trial",
     "build_log",
+    "calibrate_posterior",
+    "compare_posteriors",
     "content_digest",
     "file_sha256",
+    "fit_study",
+    "goal_evidence",
+    "infer_log",
+    "infer_posterior",
     "iter_blocks",
     "load_recording",
     "log_of_trials",
     "open_log",
+    "open_posterior",
+    "posterior_dataset",
     "read_eth",
     "read_log",
     "read_reaching_study",
     "read_recording",
     "read_study",
     "read_tidy",
+    "score_posterior",
     "validate_file",
     "validate_log",
     "write_log",
+    "write_posterior",
 ]

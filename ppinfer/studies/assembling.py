@@ -11,7 +11,7 @@ import xarray as xr
 from jaxtyping import Float, Shaped
 
 from ppinfer.errors import LogError
-from ppinfer.studies.schema import FORMAT, FORMAT_VERSION, VARIABLES
+from ppinfer.studies.schema import CONTROL_QUANTITIES, FORMAT, FORMAT_VERSION, VARIABLES
 
 Attr = str | int | float
 Values = Sequence[Any] | Shaped[np.ndarray, "*_"]
@@ -33,6 +33,7 @@ def build_log(
     has_velocity: Values | None = None,
     control: Values | None = None,
     has_control: Values | None = None,
+    control_quantity: str = "acceleration",
     goal_position: Values | None = None,
     goal_present: Values | None = None,
     condition: Values | None = None,
@@ -82,6 +83,9 @@ def build_log(
         The leading dimensions of ``goal_position``; by default a goal is absent where its position is NaN.
     condition, round, seed, outcome
         One value a trial.
+    control_quantity
+        What the control is: ``velocity``, ``acceleration``, or ``other``. Models use a logged control only
+        where it is the control of their own dynamics.
     controller, instruction
         Shape (trial, agent), or a mapping from agent to the one value of the study.
     segment_trial, segment_agent, segment_start, segment_stop, true_goal
@@ -177,9 +181,15 @@ def build_log(
     for name, (extra_dims, value, *described) in (variables or {}).items():
         data[name] = (tuple(extra_dims), _study_variable(name, tuple(extra_dims), value, sizes), *described)
 
+    if control_quantity not in CONTROL_QUANTITIES:
+        raise LogError(
+            f"control_quantity is {control_quantity!r}; expected one of {', '.join(CONTROL_QUANTITIES)}"
+        )
     log = xr.Dataset(data)
     log = log.set_coords([name for name in ("agent", "space", "goal") if name in log])
     _describe(log, position_units)
+    if "control" in log:
+        log["control"].attrs["quantity"] = control_quantity
     log.attrs = _attributes(title, source, configuration, attrs)
     return log
 

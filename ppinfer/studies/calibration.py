@@ -169,7 +169,7 @@ def calibrate_posterior(
         every.add(np.exp(logs[row, goal]), is_true[row, goal].astype(np.float64), share[row], person[row])
     rng = np.random.default_rng(seed)
     by_share = {}
-    if at:
+    if len(at):
         scored = score_segments(posterior, selection, at=at)
         for i, each in enumerate(scored["at"].values.tolist()):
             one = _Bins(bins, n_people)

@@ -14,7 +14,7 @@ from ppinfer.goals import GoalEvidence, GoalModel, infer_goals
 from ppinfer.goals.fitting import Fit, LabelledEvidence, Objective, fit_goals
 from ppinfer.studies.calibration import calibrate_posterior
 from ppinfer.studies.goal_evidence import Restart, goal_evidence
-from ppinfer.studies.infer import default_agent, posterior_dataset
+from ppinfer.studies.log_inference import default_agent, nominal_time_step, posterior_dataset
 from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.scores import DEFAULT_SHARES, Score, score_posterior
 from ppinfer.studies.segment_selection import SegmentOptions
@@ -115,7 +115,7 @@ def fit_study(
     """
     whose = default_agent(log) if agent is None else agent
     chosen = _choose(log, participants, exclude)
-    evidence = goal_evidence(log, whose, restart=restart)
+    evidence = goal_evidence(log, whose, restart=restart, time_step=nominal_time_step(log))
     true_goal, weight, segment_count = _labels(log, whose, evidence)
     trial_of_row = np.searchsorted(_trial_start(log), evidence.row_start, side="right") - 1
     participant = log["participant"].values.astype(str)[trial_of_row]

@@ -13,7 +13,7 @@ from ppinfer.errors import LogError
 from ppinfer.goals import GoalEvidence
 
 Restart = Literal["goals", "segments"]
-CONTROL_ORDER = {"velocity": 1, "acceleration": 2}
+CONTROL_ORDER = {"velocity": 1, "acceleration": 2, "other": None}
 
 
 def goal_evidence(
@@ -95,9 +95,7 @@ def goal_evidence(
         observed=None if seen is None or seen.all() else seen,
         velocity=_logged(log, "velocity", index),
         control=_logged(log, "control", index),
-        control_order=CONTROL_ORDER.get(str(log["control"].attrs.get("quantity", "acceleration")))
-        if "control" in log
-        else None,
+        control_order=CONTROL_ORDER[log["control"].attrs["quantity"]] if "control" in log else None,
         continues=continues,
         name_row=_row_namer(names, trial_of_row, start - trial_start[trial_of_row]),
         time_step=time_step,

@@ -2,32 +2,34 @@
 
 from __future__ import annotations
 
-import json
 import os
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Float
 
 from ppinfer.errors import LogError
 from ppinfer.goals import GoalModel, infer_goals
 from ppinfer.goals.belief import GoalBelief, Mode
-from ppinfer.goals.configuration import parameters_of
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.studies.blocks import iter_blocks
 from ppinfer.studies.checksums import file_sha256
 from ppinfer.studies.goal_evidence import Restart, agent_index, goal_evidence
+from ppinfer.studies.log_inference import (
+    TRIAL_LEVEL,
+    configuration_text,
+    default_agent,
+    nominal_time_step,
+    presence,
+)
 from ppinfer.studies.posterior_writer import PosteriorWriter
 from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.storage import open_log
 from ppinfer.studies.validation import validate_log
 
 BLOCK_SAMPLES = 250_000
-DEFAULT_AGENT = "human"
 
 
 @dataclass(frozen=True)
@@ -113,7 +115,7 @@ def infer_posterior(
     >>> done.trials, done.samples
     (1, 3)
     """
-    with open_log(log_path) as log:
+    with open_log(log_path, verify=True) as log:
         whose = default_agent(log) if agent is None else agent
         index = agent_index(log, whose)
         _require_goals(log, Path(log_path))
@@ -124,7 +126,8 @@ def infer_posterior(
         goals = [str(label) for label in log["goal"].values]
         space = [str(label) for label in log["space"].values]
         units = str(log["position"].attrs.get("units", "m"))
-        still = log[[name for name in _TRIAL_LEVEL if name in log and "sample" not in log[name].dims]].load()
+        step = nominal_time_step(log)
+        still = log[[name for name in TRIAL_LEVEL if name in log and "sample" not in log[name].dims]].load()
     attrs: dict[str, Any] = {
         "hypothesis": "goal",
         "agent": whose,
@@ -138,7 +141,6 @@ def infer_posterior(
     }
     missing = gated = done = 0
     source = ""
-    time_step: float | None = None
     with PosteriorWriter(
         posterior_path,
         n_samples=samples,
@@ -151,10 +153,7 @@ def infer_posterior(
     ) as writer:
         for block in iter_blocks(log_path, max_samples=block_samples, variables=names):
             validate_log(block).raise_if_faulty()
-            evidence = goal_evidence(block, whose, restart=restart, carry=carry, time_step=time_step)
-            if time_step is None:
-                # the first block's median step stands for the log, so that blocks agree
-                time_step = None if np.isnan(evidence.dt) else evidence.dt
+            evidence = goal_evidence(block, whose, restart=restart, carry=carry, time_step=step)
             belief = infer_goals(model, evidence, mode=mode)
             _write_block(
                 writer, block, evidence, belief, index, done, moving=moving, outliers=model.gates_outliers
@@ -165,17 +164,8 @@ def infer_posterior(
             done += evidence.samples
             progress(done, samples)
         segments = _write_still(writer, still, whose, moving=moving)
-        configuration = {
-            "model": model.name,
-            "parameters": parameters_of(model),
-            "agent": whose,
-            "mode": mode,
-            "restart": restart,
-            "carry": carry,
-            "time_step": time_step,
-        }
         writer.set_attrs(
-            configuration=json.dumps(configuration, allow_nan=False),
+            configuration=configuration_text(model, whose, mode, restart, carry=carry, time_step=step),
             state_source=source,
             samples_missing=missing,
             outliers_gated=gated,
@@ -183,82 +173,7 @@ def infer_posterior(
     return Inference(whose, trials, samples, segments, missing, gated, source, Path(log_path).name)
 
 
-def posterior_dataset(
-    log: xr.Dataset,
-    evidence: GoalEvidence,
-    log_posterior: Float[np.ndarray, "sample goal"],
-    agent: str,
-    attrs: Mapping[str, Any] | None = None,
-) -> xr.Dataset:
-    """Return a posterior in memory, in the form of a posterior file.
-
-    Parameters
-    ----------
-    log : xarray.Dataset
-        The log, in memory.
-    evidence : GoalEvidence
-        What `goal_evidence` made of it.
-    log_posterior : (sample, goal) float64
-        The log belief at every sample.
-    agent : str
-        Whose goals.
-    attrs : mapping, optional
-        Further attributes.
-
-    Examples
-    --------
-    >>> from ppinfer.goals import GoalLQR, infer_goals
-    >>> from ppinfer.testing import example_log
-    >>> log = example_log(participants=1, trials=1)
-    >>> evidence = goal_evidence(log, "human")
-    >>> belief = infer_goals(GoalLQR(), evidence)
-    >>> posterior_dataset(log, evidence, belief.log_posterior, "human")["log_posterior"].dims
-    ('sample', 'goal')
-    """
-    index = agent_index(log, agent)
-    kept = [
-        name
-        for name in _TRIAL_LEVEL
-        if name in log and not name.startswith("segment_") and name != "true_goal"
-    ]
-    out = log[kept].drop_vars("agent", errors="ignore")
-    out = out.assign(
-        log_posterior=(("sample", "goal"), log_posterior),
-        time=log["time"],
-        position=(("sample", "space"), log["position"].values[:, index], log["position"].attrs),
-        observed=("sample", evidence.seen.astype(np.int8)),
-    )
-    if "goal_present" not in out:
-        out["goal_present"] = (log["goal_position"].dims[:2], _presence(log))
-    if "segment_trial" in log:
-        mine = np.flatnonzero(log["segment_agent"].values.astype(str) == agent)
-        names = ("segment_trial", "segment_start", "segment_stop", "true_goal")
-        out = out.assign({name: ("segment", log[name].values[mine]) for name in names})
-    out.attrs = {"ppinfer_format": "posterior", "hypothesis": "goal", "agent": agent, **(attrs or {})}
-    return out
-
-
-def default_agent(log: xr.Dataset) -> str:
-    """Return ``human`` where there is one, or the only agent.
-
-    Raises
-    ------
-    LogError
-        Where there are several agents and none is called human.
-    """
-    agents = [str(label) for label in log["agent"].values]
-    if DEFAULT_AGENT in agents:
-        return DEFAULT_AGENT
-    if len(agents) == 1:
-        return agents[0]
-    raise LogError(f"the log has agents {', '.join(agents)}; say whose goals to infer (--agent)")
-
-
 _USED = ("time", "position", "velocity", "control", "observed", "goal_position", "goal_present")
-_TRIAL_LEVEL = (
-    "trial_id", "row_size", "participant", "condition", "round", "goal_position", "goal_present",
-    "segment_trial", "segment_agent", "segment_start", "segment_stop", "true_goal",
-)  # fmt: skip
 
 
 def _write_block(
@@ -275,7 +190,7 @@ def _write_block(
     optional: dict[str, Any] = {}
     if moving:
         optional["goal_position"] = block["goal_position"].values
-        optional["goal_present"] = _presence(block)
+        optional["goal_present"] = presence(block)
     if outliers:
         assert belief.outliers is not None
         optional["outlier"] = belief.outliers.astype(np.int8)
@@ -293,7 +208,7 @@ def _write_still(writer: PosteriorWriter, still: xr.Dataset, agent: str, *, movi
     optional: dict[str, Any] = {name: still[name].values for name in ("condition", "round") if name in still}
     if not moving:
         optional["goal_position"] = still["goal_position"].values
-        optional["goal_present"] = _presence(still)
+        optional["goal_present"] = presence(still)
     writer.write_trials(
         trial_id=still["trial_id"].values,
         row_size=still["row_size"].values,
@@ -310,13 +225,6 @@ def _write_still(writer: PosteriorWriter, still: xr.Dataset, agent: str, *, movi
         true_goal=still["true_goal"].values[mine],
     )
     return int(mine.sum())
-
-
-def _presence(log: xr.Dataset) -> np.ndarray:
-    if "goal_present" in log:
-        present: np.ndarray = log["goal_present"].values
-        return present
-    return np.ones(log["goal_position"].shape[:2], dtype=np.int8)
 
 
 def _require_goals(log: xr.Dataset, path: Path) -> None:

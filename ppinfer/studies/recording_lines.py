@@ -30,7 +30,7 @@ class RecordingHeader:
         Labels.
     has_velocity, has_control
         For which agents these are logged; by default for those with any number in them.
-    position_units, title, source
+    control_quantity, position_units, title, source
         As in `build_log`.
     configuration
         How the study was made, in values that JSON has.
@@ -46,6 +46,7 @@ class RecordingHeader:
     space: tuple[str, ...] = ("x", "y")
     has_velocity: tuple[bool, ...] | None = None
     has_control: tuple[bool, ...] | None = None
+    control_quantity: str = "acceleration"
     position_units: str = "m"
     title: str = ""
     source: str = ""

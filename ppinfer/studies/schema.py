@@ -12,6 +12,8 @@ from typing import Literal
 FORMAT = "study-log"
 FORMAT_VERSION = 1
 DIGEST_ATTR = "content_sha256"
+# what a logged control may be: the attribute `quantity` of `control`
+CONTROL_QUANTITIES = ("velocity", "acceleration", "other")
 
 DIMS = ("trial", "sample", "agent", "space", "goal", "segment")
 

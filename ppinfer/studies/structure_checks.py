@@ -8,7 +8,7 @@ from jaxtyping import Bool, Int
 
 from ppinfer.studies.checksums import type_name
 from ppinfer.studies.faults import Fault, Faults
-from ppinfer.studies.schema import FORMAT, FORMAT_VERSION, GROUPS, VARIABLES, VariableSpec
+from ppinfer.studies.schema import CONTROL_QUANTITIES, FORMAT, FORMAT_VERSION, GROUPS, VARIABLES, VariableSpec
 
 
 def check_structure(log: xr.Dataset, faults: Faults) -> set[str]:
@@ -55,6 +55,10 @@ def check_structure(log: xr.Dataset, faults: Faults) -> set[str]:
             )
         )
         usable -= {"goal_position", "goal_present"}
+    if "control" in usable and log["control"].attrs.get("quantity") not in CONTROL_QUANTITIES:
+        found = log["control"].attrs.get("quantity")
+        message = f"its attribute quantity is {found!r}; expected one of {', '.join(CONTROL_QUANTITIES)}"
+        faults.add(Fault("control-quantity", message, "say what the control is", column="control"))
     for name in ("agent", "space", "goal", "trial_id"):
         if name in usable:
             _check_unique(name, log[name].values, faults)

@@ -92,7 +92,8 @@ def log_of_trials(
     agents, goals, space, has_velocity, has_control
         As in `build_log`.
     **described
-        ``title``, ``source``, ``configuration``, ``position_units`` and ``attrs`` of `build_log`.
+        ``title``, ``source``, ``configuration``, ``control_quantity``, ``position_units`` and ``attrs`` of
+        `build_log`.
 
     Returns
     -------

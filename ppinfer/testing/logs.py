@@ -50,7 +50,7 @@ def example_log(
         values = getattr(evidence, name)
         if values is not None and not positions_only:
             logged[name] = values[:, None]
-    log = build_log(
+    return build_log(
         agents=["human"],
         goals=list(design.labels),
         row_size=design.row_size,
@@ -64,8 +64,6 @@ def example_log(
         segment_stop=design.row_size,
         true_goal=[design.labels[goal] for goal in design.true_goal],
         title="simulated by ppinfer.testing.example_log",
+        control_quantity={1: "velocity", 2: "acceleration", None: "other"}[evidence.control_order],
         **logged,
     )
-    if "control" in log:
-        log["control"].attrs["quantity"] = {1: "velocity", 2: "acceleration"}[evidence.control_order or 2]
-    return log

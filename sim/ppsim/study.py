@@ -24,11 +24,6 @@ from ppsim.errors import SimulationError
 class Study(Protocol):
     """A study that can be simulated: trial i is a function of the study and of i alone."""
 
-    @property
-    def control_quantity(self) -> str:
-        """What a logged control is: ``"velocity"`` or ``"acceleration"``."""
-        ...
-
     def header(self) -> RecordingHeader:
         """Return what the recording says once."""
         ...
@@ -157,8 +152,6 @@ def record_study(
     # they tell of the recording, which is about to go
     for name in ("source_sha256", "notes"):
         del log.attrs[name]
-    if "control" in log:
-        log["control"].attrs["quantity"] = study.control_quantity
     write_log(log, target)
     path.unlink()
     return Recorded(log, resumed)

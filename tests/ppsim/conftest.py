@@ -11,10 +11,11 @@ def log_of():
 
     def build(study, trials):
         header = study.header()
-        log = log_of_trials(
-            [study.trial(index) for index in range(trials)], agents=header.agents, goals=header.goals
+        return log_of_trials(
+            [study.trial(index) for index in range(trials)],
+            agents=header.agents,
+            goals=header.goals,
+            control_quantity=header.control_quantity,
         )
-        log["control"].attrs["quantity"] = study.control_quantity
-        return log
 
     return build

@@ -6,10 +6,9 @@ import xarray as xr
 
 from ppinfer.errors import LogError
 from ppinfer.goals import GoalLQR, infer_goals
-from ppinfer.studies import RecordingWriter, read_log, read_recording, validate_log
+from ppinfer.studies import RecordingWriter, posterior_dataset, read_log, read_recording, validate_log
 from ppinfer.studies.fit import fit_study
 from ppinfer.studies.goal_evidence import goal_evidence
-from ppinfer.studies.infer import posterior_dataset
 from ppinfer.studies.scores import score_posterior
 from ppsim.reaching import ReachingStudy, play
 from ppsim.study import record_study, recording_path, simulate

@@ -62,6 +62,7 @@ class Constants(_Table):
     participant: str | None = None
     agent: str | None = None
     condition: str | None = None
+    control_quantity: Literal["velocity", "acceleration", "other"] = "acceleration"
 
 
 class Units(_Table):

@@ -79,6 +79,7 @@ def read_tidy(path: str | os.PathLike[str], mapping: str | os.PathLike[str]) -> 
         has_velocity=has.get("velocity"),
         control=moved.get("control"),
         has_control=has.get("control"),
+        control_quantity=told.constants.control_quantity,
         goal_position=goal_position,
         **per_trial,
         **segments,

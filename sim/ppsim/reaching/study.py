@@ -173,6 +173,7 @@ class ReachingStudy:
             goals=tuple(str(goal) for goal in range(self.goals)),
             has_velocity=logged if self._has_velocity else None,
             has_control=logged if self.logs_motion else None,
+            control_quantity=self.control_quantity,
             title="Simulated reaching: two noisily rational agents among goals",
             source="ppsim record reaching",
             configuration=self.configuration(),

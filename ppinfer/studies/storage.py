@@ -260,7 +260,10 @@ def _open(source: Path) -> xr.Dataset:
     try:
         if source.is_file():
             _refuse_impossible_sizes(source, log)
-        return plain_text(log)
+        plain = plain_text(log)
+        # a Dataset made from another does not know how to close its file
+        plain.set_close(log.close)
+        return plain
     except BaseException:
         log.close()
         raise

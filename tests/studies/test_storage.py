@@ -113,6 +113,15 @@ def test_an_open_log_reads_numbers_only_when_they_are_asked_for(tmp_path):
         assert log.position.values.shape == (7, 2, 2)
 
 
+def test_a_closed_log_lets_go_of_its_file(tmp_path):
+    path = tmp_path / "log.nc"
+    write_log(small_log(), path)
+    with open_log(path) as log:
+        assert log.sizes["sample"]
+    with h5py.File(path, "a") as file:
+        assert "time" in file
+
+
 def test_text_edited_in_a_file_is_noticed(tmp_path):
     path = tmp_path / "log.nc"
     write_log(small_log(), path)

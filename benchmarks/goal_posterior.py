@@ -30,7 +30,8 @@ from scipy.linalg import solve_discrete_are
 
 from ppinfer.goals import GoalDesign, GoalEvidence, GoalKalman, GoalLQR, OnlineGoalBelief, infer_goals
 from ppinfer.goals.model import GoalModel
-from ppinfer.studies import validate_log
+from ppinfer.studies import open_log, validate_log
+from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.infer import infer_posterior
 
 GOALS = 5
@@ -250,6 +251,10 @@ def write_long_log(path: Path, samples: int, block_rows: int = 500) -> None:
                 "ppinfer_format_version": 1,
             }
         )
+    with open_log(path) as log:
+        signature = content_digest(log)
+    with h5netcdf.File(path, "a") as file:
+        file.attrs["content_sha256"] = signature
 
 
 def peak_memory() -> int:

@@ -1,0 +1,64 @@
+"""Each benchmark script runs, at a small size, and prints what its page says it does; how fast is not for tests."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+
+
+def run(script, *arguments):
+    done = subprocess.run(
+        [sys.executable, ROOT / "benchmarks" / script, *arguments],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def quick():
+    return json.loads(run("goal_posterior.py", "--quick", "--json"))
+
+
+def test_goal_posteriors_are_timed_next_to_the_literal_loop_a_filter_bank_and_a_copy(quick):
+    names = [row["name"] for row in quick["in_memory"]]
+    for expected in ("literal loop", "filterpy bank", "online", "batch", "copy of the same bytes"):
+        assert any(name.startswith(expected) for name in names)
+    for row in quick["in_memory"]:
+        assert row["sample_goals"] > 0
+        assert 0 < row["least"] <= row["median"]
+        assert row["sample_goals_per_second"] == row["sample_goals"] / row["least"]
+
+
+def test_inference_from_file_to_file_says_its_time_and_its_peak_memory(quick):
+    assert [run["samples"] for run in quick["files"]] == [10_000, 20_000]
+    for run in quick["files"]:
+        assert run["seconds"] > 0
+        # an interpreter with NumPy takes more than this, and the aim is less than that
+        assert 20 * 2**20 < run["peak_bytes"] < 2**30
+
+
+def test_the_algebra_is_timed_next_to_bare_arithmetic():
+    printed = run("algebra.py", "--quick")
+    for expected in (
+        "12x40x20: f * g",
+        "normalise over all axes",
+        "3 labels: update",
+        "10,000 samples, 5 goals: filter",
+    ):
+        assert expected in printed
+
+
+def test_every_benchmark_script_says_what_it_takes():
+    scripts = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
+    assert scripts == ["algebra.py", "goal_posterior.py"]
+    page = (ROOT / "docs" / "benchmarks.md").read_text()
+    for script in scripts:
+        assert f"benchmarks/{script}" in page

@@ -135,21 +135,14 @@ class Heading(GoalModel):
 
     def simulate(self, design: GoalDesign, rng: np.random.Generator) -> GoalEvidence:
         """Return plane motion in steps of 1 % of the way, each turned from the direct way by a von Mises angle."""
-        rows = len(design.row_size)
-        position = np.full((rows, int(design.row_size.max()), 2), np.nan)
-        position[:, 0] = design.start
-        length = 0.01 * np.linalg.norm(design.pursued - design.start, axis=1)
-        for sample in range(1, position.shape[1]):
-            towards = design.pursued - position[:, sample - 1]
-            angle = np.arctan2(towards[:, 1], towards[:, 0]) + rng.vonmises(
-                0.0, self.concentration, size=rows
-            )
-            step = length[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            position[:, sample] = position[:, sample - 1] + step
-        inside = np.arange(position.shape[1]) < design.row_size[:, None]
+        from ppinfer.goals.scans import walk
+
+        position = np.empty((int(design.row_size.sum()), 2))
+        turn = rng.vonmises(0.0, self.concentration, size=len(position))
+        walk(design.start, design.pursued, design.row_size, 0.01, turn, position)
         return GoalEvidence(
             time=design.time,
-            position=position[inside],
+            position=position,
             goals=design.goals,
             row_size=design.row_size,
             goal_labels=design.labels,

@@ -279,3 +279,25 @@ def kalman_bank(
                         kept = identity - gain @ H
                         P = kept @ P @ np.ascontiguousarray(kept.T) + gain @ R @ np.ascontiguousarray(gain.T)
             sample += 1
+
+
+@numba.njit(cache=True, nogil=True)
+def walk(
+    start: Float[np.ndarray, "row 2"],
+    goal: Float[np.ndarray, "row 2"],
+    row_size: Int[np.ndarray, " row"],
+    share: float,
+    turn: Float[np.ndarray, " sample"],
+    position: Float[np.ndarray, "sample 2"],
+) -> None:
+    """Write positions that step towards a goal, each step turned by an angle and `share` of the first distance long."""
+    sample = 0
+    for row in range(len(row_size)):
+        x, y = start[row]
+        length = share * np.hypot(goal[row, 0] - x, goal[row, 1] - y)
+        for _ in range(row_size[row]):
+            position[sample, 0], position[sample, 1] = x, y
+            angle = np.arctan2(goal[row, 1] - y, goal[row, 0] - x) + turn[sample]
+            x += length * np.cos(angle)
+            y += length * np.sin(angle)
+            sample += 1

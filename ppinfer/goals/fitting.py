@@ -157,14 +157,18 @@ def fit_goals(
         raise ModelError(
             f"model {model.name!r} has nothing left to fit: free are {', '.join(model.fitted) or 'none'}"
         )
-    return _fit_predictive(model, data, free, fixed, start_here=start_here)
+    from threadpoolctl import threadpool_limits
+
+    # thousands of tiny matrix products: threads would only wait for each other, and their number must not matter
+    with threadpool_limits(limits=1, user_api="blas"):
+        return _fit_predictive(model, data, free, fixed, start_here=start_here)
 
 
 def predictive_score(model: GoalModel, data: LabelledEvidence) -> float:
     """Return the weighted mean log posterior of the true goal; -745 (the log of the least float) stands for -inf."""
     counted = np.flatnonzero(data.weight > 0)
     log_posterior = infer_goals(model, data.evidence).log_posterior[counted, data.true_goal[counted]]
-    return float(np.maximum(log_posterior, _WORST) @ data.weight[counted])
+    return float((np.maximum(log_posterior, _WORST) * data.weight[counted]).sum())
 
 
 def _fit_predictive(

@@ -18,7 +18,6 @@ from ppinfer.goals.model import (
     Assessment,
     GoalDesign,
     GoalModel,
-    Observation,
     OnlineLikelihood,
     require_range,
 )
@@ -150,7 +149,7 @@ class GoalLQR(GoalModel):
             exponent *= 1.0 - floor
             exponent += floor
             np.log(exponent, out=exponent)
-        exponent += self.tempering * _log_peak(agent)
+        exponent += self.tempering * log_peak(agent)
         if not informative.all():
             exponent[~informative] = 0.0
         return exponent
@@ -202,7 +201,9 @@ class GoalLQR(GoalModel):
 
     def online(self, dt: float) -> OnlineLikelihood:
         """Return the likelihood of one observation at a time."""
-        return _OnlineLQR(self, dt)
+        from ppinfer.goals.lqr_online import OnlineLQR
+
+        return OnlineLQR(self, dt)
 
     def simulate(self, design: GoalDesign, rng: np.random.Generator) -> GoalEvidence:
         """Return motion of the agent itself, states and controls logged; it starts at rest.
@@ -255,75 +256,6 @@ class GoalLQR(GoalModel):
         return agent, causal_motion(evidence, agent.dynamics)
 
 
-class _OnlineLQR:
-    """The likelihood of `GoalLQR`, one observation at a time."""
-
-    def __init__(self, model: GoalLQR, dt: float) -> None:
-        self._model = model
-        self._dt = dt
-
-    def restart(self, goals: Float[np.ndarray, "goal space"], present: Bool[np.ndarray, " goal"]) -> None:
-        """Begin a row with these goals."""
-        model = self._model
-        agent = model.agent_at(self._dt, goals.shape[1])
-        dynamics = agent.dynamics
-        self._agent = agent
-        self._best = dynamics.goal_states(np.where(present[:, None], goals, 0.0)) @ agent.goal_gain.T
-        # e' S e = |L' e|^2 with S = L L': one product and one sum per step
-        self._root = np.linalg.cholesky(agent.S)
-        self._absent = None if present.all() else ~present
-        self._position, self._velocity = list(dynamics.position_index), list(dynamics.velocity_index)
-        self._silent = np.zeros(len(goals))
-        if self._absent is not None:
-            self._silent[self._absent] = -np.inf
-        self._peak = model.tempering * _log_peak(agent)
-        self._weight = -model.tempering * agent.rationality
-        self._last_time = math.nan
-        self._last_position: Float[np.ndarray, " space"] | None = None
-        self._last_state: Float[np.ndarray, " n"] | None = None
-
-    def step(self, observation: Observation) -> Float[np.ndarray, " goal"]:
-        """Return the log likelihood of this observation under every goal."""
-        if observation.position is None:
-            return self._silent
-        dynamics = self._agent.dynamics
-        elapsed = observation.time - self._last_time
-        state = self._state(observation, elapsed)
-        if observation.control is not None and observation.control_order == dynamics.order:
-            acted_from, control = state, observation.control
-        else:
-            acted_from, control = self._last_state, None
-            if acted_from is not None and state is not None and dynamics.usable_step(np.asarray(elapsed)):
-                control = dynamics.control_between(acted_from, state, np.asarray(elapsed))
-        self._last_time, self._last_position, self._last_state = observation.time, observation.position, state
-        if acted_from is None or control is None:
-            return self._silent
-        residual = (control + self._agent.K @ acted_from - self._best) @ self._root
-        exponent = self._weight * (residual * residual).sum(axis=1)
-        floor = self._model.evidence_floor
-        if floor > 0:
-            exponent = np.logaddexp(exponent + math.log1p(-floor), math.log(floor))
-        exponent += self._peak
-        if self._absent is not None:
-            exponent[self._absent] = -np.inf
-        likelihood: np.ndarray = exponent
-        return likelihood
-
-    def _state(self, observation: Observation, elapsed: float) -> Float[np.ndarray, " n"] | None:
-        assert observation.position is not None
-        if not self._velocity:
-            return observation.position
-        velocity = observation.velocity
-        if velocity is None:
-            if self._last_position is None:
-                return None
-            velocity = (observation.position - self._last_position) / elapsed
-        state = np.empty(self._agent.dynamics.states)
-        state[self._position] = observation.position
-        state[self._velocity] = velocity
-        return state
-
-
 def _best_offsets(agent: NoisilyRational, evidence: GoalEvidence) -> Float[np.ndarray, "row goal m"]:
     """Return goal_gain theta for every goal; absent ones, whose positions may be anything, sit amid the others."""
     positions = evidence.goals
@@ -336,7 +268,8 @@ def _best_offsets(agent: NoisilyRational, evidence: GoalEvidence) -> Float[np.nd
     return best
 
 
-def _log_peak(agent: NoisilyRational) -> float:
+def log_peak(agent: NoisilyRational) -> float:
+    """Return the log of the density (22) at the best control."""
     _, log_determinant = np.linalg.slogdet(2 * agent.rationality * agent.S)
     return 0.5 * (float(log_determinant) - agent.dynamics.controls * math.log(2 * math.pi))
 

@@ -190,7 +190,8 @@ def check_segments(log: xr.Dataset, faults: Faults) -> Bool[np.ndarray, " segmen
         "goal {goal!r}" + f" is not among {listed}",
         "correct the label, or leave it empty where it is not known",
     )
-    length = np.where(known_trial, row_size[np.where(known_trial, trial, 0)], 0)
+    length = np.zeros(trial.size, np.int64)
+    length[known_trial] = row_size[trial[known_trial]]
     inside = known_trial & (start >= 0) & (start < stop) & (stop <= length)
     report(
         "segment-range",

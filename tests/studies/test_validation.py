@@ -252,3 +252,14 @@ def test_validation_answers_whatever_a_log_holds(data):
     report = validate_log(log)
     assert report.ok == (not report.fault_counts)
     report.to_json()
+
+
+@pytest.mark.parametrize("dimension", ["trial", "sample", "agent", "space", "goal", "segment"])
+@pytest.mark.parametrize("moving", [False, True])
+def test_validation_answers_when_a_dimension_is_empty(dimension, moving, tmp_path):
+    placed = np.zeros((7, 2, 2)) if moving else np.zeros((2, 2))
+    log = small_log(velocity=np.zeros((7, 2, 2)), goal_position=placed).isel({dimension: slice(0)})
+    report = validate_log(log)
+    assert report.ok == (dimension == "segment")
+    write_log(log, tmp_path / "log.zarr", validate=False)
+    assert validate_log(tmp_path / "log.zarr").fault_counts == report.fault_counts

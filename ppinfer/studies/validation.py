@@ -20,7 +20,6 @@ from ppinfer.studies.checksums import ContentDigest, slabs
 from ppinfer.studies.faults import Fault, Faults, Report
 from ppinfer.studies.motion_checks import (
     JUMP_FACTOR,
-    JUMP_PERCENTILE,
     Rows,
     check_logged,
     check_positions,
@@ -229,8 +228,7 @@ class _Validation:
                     Fault(
                         "implausible-jump",
                         f"{jumps.size} steps of {agent!r} are faster than {limit:.3g} a second "
-                        f"({JUMP_FACTOR:g} times the {JUMP_PERCENTILE}th percentile of its speeds); this is "
-                        "the first",
+                        f"({JUMP_FACTOR:g} times the median of its steps that move); this is the first",
                         "look at them; a marker that was lost is a dropout (observed 0)",
                         trial=trial,
                         sample=sample,

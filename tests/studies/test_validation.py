@@ -162,6 +162,20 @@ def test_implausible_jumps_are_warnings_with_a_count_per_agent():
     assert "'human'" in report.warnings[0].message
 
 
+@pytest.mark.parametrize("share", [0.005, 0.03, 0.1, 0.2])
+def test_every_step_to_and_from_a_displaced_sample_is_counted_however_many_there_are(share):
+    rng = np.random.default_rng(3)
+    displaced = rng.random(2000) < share
+    position = np.cumsum(rng.normal(0.1, 0.05, (2000, 1, 2)), axis=0)
+    position[displaced, 0] += rng.uniform(30.0, 60.0, (displaced.sum(), 2)) * (-1) ** np.arange(
+        displaced.sum()
+    ).reshape(-1, 1)
+    log = build_log(agents=["human"], row_size=[2000], time=np.arange(2000) / 10, position=position)
+    assert validate_log(log).warning_counts == {
+        "implausible-jump": (displaced[1:] | displaced[:-1]).sum()
+    }
+
+
 def test_the_step_between_two_trials_is_no_jump():
     position = np.concatenate([np.zeros((50, 1, 2)), np.full((50, 1, 2), 1e6)])
     position += np.tile(np.arange(50) * 0.1, 2)[:, None, None]

@@ -78,14 +78,14 @@ def run(args: argparse.Namespace) -> int:
     """Fit, write the model, and print what it predicts of people left out."""
     from ppinfer.cli.output import print_json
     from ppinfer.cli.progress import progress_bar
-    from ppinfer.goals.configuration import write_model
-    from ppinfer.studies import read_log, validate_log
+    from ppinfer.goals.configuration import check_target, write_model
+    from ppinfer.studies import read_log
     from ppinfer.studies.checksums import file_sha256
     from ppinfer.studies.fit import fit_study
 
     model = model_from_options(args.model, args.settings)
+    check_target(args.output)
     log = read_log(args.log)
-    validate_log(log).raise_if_faulty()
     with progress_bar(f"fitting {model.name}") as progress:
         fitted = fit_study(
             log,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -88,6 +89,13 @@ def run(args: argparse.Namespace) -> int:
             carry=args.carry,
             seed=args.seed,
             progress=progress,
+        )
+    seen = done.samples - done.samples_missing
+    if done.outliers_gated > 0.1 * seen:
+        print(
+            f"ppinfer infer: warning: {done.outliers_gated} of {seen} samples were set aside as outliers; is "
+            "measurement_noise in the log's unit of position?",
+            file=sys.stderr,
         )
     if args.json:
         print_json(as_json(done, model, args.output))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from ppinfer.distributions import Distribution, forward_filter, smooth
 from ppinfer.errors import ModelError
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.model import GoalModel
+from ppinfer.goals.priors import log_priors
 from ppinfer.goals.switching import row_transitions
 
 Mode = Literal["filter", "smooth"]
@@ -63,7 +64,7 @@ def infer_goals(
     evidence: GoalEvidence,
     *,
     mode: Mode = "filter",
-    prior: Float[np.ndarray, "row goal"] | Float[np.ndarray, " goal"] | None = None,
+    prior: Any = None,
 ) -> GoalBelief:
     """Return the belief over goals at every sample of the evidence, all rows in one array program.
 
@@ -76,7 +77,7 @@ def infer_goals(
         before them, carried over goal by goal.
     mode : {"filter", "smooth"}
         Given the samples so far (what a robot knows at that instant), or given the whole row.
-    prior : (goal,) or (row, goal) float64, optional
+    prior : (goal,) or (row, goal) array of float, optional
         Probabilities at the start of each row; default: even over the goals present.
 
     Raises
@@ -97,7 +98,7 @@ def infer_goals(
     """
     if mode not in ("filter", "smooth"):
         raise ModelError(f"unknown mode {mode!r}: expected 'filter' or 'smooth'")
-    log_prior = _row_priors(evidence, prior)
+    log_prior = log_priors(evidence.goal_present, prior, name_row=evidence.row_name)
     carried = evidence.continues is not None and bool(evidence.continues.any())
     plain = model.stay == 1.0 and not model.memoryless
     outliers = None
@@ -113,19 +114,24 @@ def infer_goals(
     else:
         assessment = model.assess(evidence)
         source, outliers = assessment.state_source, assessment.outliers
+        rows = _Rows.of(evidence)
         log_transition = which = None
         if carried or not plain:
             log_transition, which = row_transitions(
-                log_prior, evidence.goal_present, model.stay, memoryless=model.memoryless
+                log_prior[rows.origin],
+                evidence.goal_present[rows.origin],
+                model.stay,
+                memoryless=model.memoryless,
+                appeared=rows.appeared,
             )
         run = forward_filter if mode == "filter" else smooth
         log_posterior = run(
             assessment.log_likelihood.log_values,
-            evidence.row_size,
-            log_prior,
+            rows.row_size,
+            log_prior[rows.origin],
             log_transition,
             which,
-            evidence.continues,
+            rows.continues,
             describe=evidence.describe_sample,
         )
     axes = (evidence.sample_axis, evidence.goal_axis)
@@ -133,24 +139,27 @@ def infer_goals(
     return GoalBelief(belief, source, outliers)
 
 
-def _row_priors(
-    evidence: GoalEvidence, prior: Float[np.ndarray, "..."] | None
-) -> Float[np.ndarray, "row goal"]:
-    present = evidence.goal_present
-    if prior is None:
-        weights = present / present.sum(axis=1, keepdims=True)
-    else:
-        weights = np.broadcast_to(np.asarray(prior, dtype=np.float64), present.shape)
-        if not np.isfinite(weights).all() or (weights < 0).any():
-            raise ModelError("a prior over goals must hold finite probabilities that are not negative")
-        weights = np.where(present, weights, 0.0)
-        total = weights.sum(axis=1, keepdims=True)
-        if (total <= 0).any():
-            row = int(np.argmax(total[:, 0] <= 0))
-            raise ModelError(
-                f"{evidence.row_name(row)}: the prior gives no probability to any goal that is present"
-            )
-        weights = weights / total
-    with np.errstate(divide="ignore"):
-        log_prior: np.ndarray = np.log(weights)
-    return log_prior
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """The rows of a filter: the evidence's, the first sample apart where a goal appears in a carried row."""
+
+    row_size: Int[np.ndarray, " row"]
+    continues: Bool[np.ndarray, " row"] | None
+    origin: Int[np.ndarray, " row"]
+    appeared: Bool[np.ndarray, "row goal"] | None
+
+    @classmethod
+    def of(cls, evidence: GoalEvidence) -> _Rows:
+        carried = evidence.continues
+        if carried is None or not carried.any():
+            return cls(evidence.row_size, None, np.arange(evidence.rows), None)
+        present = evidence.goal_present
+        before = np.concatenate([present[:1], present[:-1]])
+        new = present & ~before & carried[:, None]
+        # the transition into a row is not the one within it, so its first sample becomes a row of its own
+        apart = new.any(axis=1) & (evidence.row_size > 1)
+        origin = np.repeat(np.arange(evidence.rows), 1 + apart)
+        second = np.concatenate([[False], origin[1:] == origin[:-1]])
+        first_apart = apart[origin] & ~second
+        row_size = np.where(first_apart, 1, evidence.row_size[origin] - second)
+        return cls(row_size, carried[origin] | second, origin, new[origin] & ~second[:, None])

@@ -5,10 +5,11 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import os
+import secrets
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from ppinfer.errors import ModelError
 from ppinfer.goals.model import GoalModel
@@ -57,8 +58,9 @@ def other_parameters_of(model: GoalModel) -> dict[str, str]:
     {}
     """
     plain = parameter_names(type(model))
-    names: dict[str, Any] = getattr(model, "__dataclass_fields__", {})
-    values = {name: getattr(model, name) for name in names if name not in plain}
+    # a model of one's own need not be a dataclass
+    fields = dataclasses.fields(cast(Any, model)) if hasattr(model, "__dataclass_fields__") else ()
+    values = {field.name: getattr(model, field.name) for field in fields if field.name not in plain}
     return {name: repr(value) for name, value in values.items() if value is not None}
 
 
@@ -129,15 +131,29 @@ def write_model(model: GoalModel, path: str | os.PathLike[str], notes: Mapping[s
         "parameters": parameters_of(model),
         **notes,
     }
-    where = Path(path)
-    if not where.parent.is_dir():
-        raise ModelError(f"{where}: there is no directory {str(where.parent)!r}")
-    draft = where.with_name(f".{where.name}.{os.getpid()}.part")
+    where = check_target(path)
+    draft = where.with_name(f".{where.name}.{secrets.token_hex(6)}.part")
     try:
         draft.write_text(tomli_w.dumps(document), encoding="utf-8")
         draft.replace(where)
     finally:
         draft.unlink(missing_ok=True)
+
+
+def check_target(path: str | os.PathLike[str]) -> Path:
+    """Return where a model is to be written, or refuse it before any work is done.
+
+    Raises
+    ------
+    ModelError
+        Where the directory is missing, or the name is that of a directory.
+    """
+    where = Path(path)
+    if not where.parent.is_dir():
+        raise ModelError(f"{where}: there is no directory {str(where.parent)!r}")
+    if where.is_dir():
+        raise ModelError(f"{where}: is a directory; a model is one file")
+    return where
 
 
 def _converted(model: str, key: str, value: Any, kind: type[GoalModel]) -> str | int | float:

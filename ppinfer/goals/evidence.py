@@ -12,6 +12,20 @@ from jaxtyping import Bool, Float, Int
 from ppinfer.distributions import Axis, Factor
 from ppinfer.errors import ImpossibleEvidenceError, LogError
 
+# squares of positions must stay numbers
+FARTHEST = 1e100
+_TYPES: dict[str, type] = {
+    "time": np.float64,
+    "position": np.float64,
+    "goals": np.float64,
+    "row_size": np.int64,
+    "observed": np.bool_,
+    "present": np.bool_,
+    "velocity": np.float64,
+    "control": np.float64,
+    "continues": np.bool_,
+}
+
 
 @dataclass(frozen=True, eq=False)
 class GoalEvidence:
@@ -65,39 +79,47 @@ class GoalEvidence:
     goals: Float[np.ndarray, "row goal space"]
     row_size: Int[np.ndarray, " row"]
     goal_labels: tuple[str, ...]
-    observed: Bool[np.ndarray, " sample"] | None = None
-    present: Bool[np.ndarray, "row goal"] | None = None
+    observed: Bool[np.ndarray, " _"] | None = None
+    present: Bool[np.ndarray, "_ _"] | None = None
     velocity: Float[np.ndarray, "_ _"] | None = None
     control: Float[np.ndarray, "_ _"] | None = None
     control_order: int | None = 2
-    continues: Bool[np.ndarray, " row"] | None = None
+    continues: Bool[np.ndarray, " _"] | None = None
     name_row: Callable[[int], str] | None = None
     time_step: float | None = None
 
     def __post_init__(self) -> None:
+        # kernels are compiled for contiguous arrays of these types, and for no others
+        for name, dtype in _TYPES.items():
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, np.ascontiguousarray(value, dtype=dtype))
         samples, rows = len(self.time), len(self.row_size)
         if self.position.ndim != 2 or len(self.position) != samples:
             raise LogError(
                 f"position has shape {self.position.shape}; expected ({samples}, space), one row a sample"
             )
-        if self.goals.shape != (rows, len(self.goal_labels), self.position.shape[1]):
-            raise LogError(
-                f"goals have shape {self.goals.shape}; expected (rows, goals, space) = "
-                f"({rows}, {len(self.goal_labels)}, {self.position.shape[1]})"
-            )
+        expected: dict[str, tuple[int | None, ...]] = {
+            "goals": (rows, len(self.goal_labels), self.position.shape[1]),
+            "observed": (samples,),
+            "present": (rows, len(self.goal_labels)),
+            "velocity": (samples, self.position.shape[1]),
+            "control": (samples, None),
+            "continues": (rows,),
+        }
+        for name, shape in expected.items():
+            value = getattr(self, name)
+            if value is not None and (
+                value.ndim != len(shape)
+                or any(size not in (None, found) for size, found in zip(shape, value.shape, strict=True))
+            ):
+                wanted = ", ".join("controls" if size is None else str(size) for size in shape)
+                raise LogError(f"{name} has shape {value.shape}; expected ({wanted})")
         if rows == 0 or self.row_size.min() < 1 or int(self.row_size.sum()) != samples:
             raise LogError(
                 f"row_size must hold positive sizes that sum to the {samples} samples; got {rows} rows summing to "
                 f"{int(self.row_size.sum())}"
             )
-        for name, columns in (("velocity", self.position.shape[1]), ("control", None)):
-            array = getattr(self, name)
-            if array is not None and (
-                array.ndim != 2 or len(array) != samples or columns not in (None, array.shape[1])
-            ):
-                raise LogError(
-                    f"{name} has shape {array.shape}; expected ({samples}, {columns or 'controls'})"
-                )
         self._check_values()
 
     def _check_values(self) -> None:
@@ -118,7 +140,12 @@ class GoalEvidence:
                 f"{self.describe_sample(int(np.argmax(wrong)))}: position is not finite there; mark dropouts as "
                 "not observed"
             )
-        finite = np.isfinite(self.goals).all(axis=2)
+        far = np.abs(self.position[seen]).max(initial=0.0)
+        if far > FARTHEST:
+            raise LogError(
+                f"a position is {far:g} away from the origin; beyond {FARTHEST:g} nothing can be computed"
+            )
+        finite = (np.abs(self.goals) <= FARTHEST).all(axis=2)
         lost = ~finite if self.present is None else self.present & ~finite
         if lost.any():
             row, goal = (int(i) for i in np.argwhere(lost)[0])

@@ -13,6 +13,7 @@ from jaxtyping import Float, Int
 
 from ppinfer.errors import ModelError
 from ppinfer.goals.belief import infer_goals
+from ppinfer.goals.configuration import parameter_names
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.lqr import GoalLQR
 from ppinfer.goals.model import GoalModel
@@ -30,15 +31,39 @@ def _expit(value: float) -> float:
     return 1 / (1 + math.exp(-value)) if value >= 0 else math.exp(value) / (1 + math.exp(value))
 
 
-# from a parameter to the scale it is searched on, and back
-_SCALES: dict[str, tuple[Callable[[float], float], Callable[[float], float]]] = {
-    "log": (math.log, math.exp),
-    "logit": (_logit, _expit),
+@dataclass(frozen=True)
+class _Scale:
+    """How a parameter is searched: on which scale, and within which bounds."""
+
+    least: float
+    most: float
+    to: Callable[[float], float]
+    back: Callable[[float], float]
+
+    def start(self, value: float) -> float:
+        """Return where a search begins that is asked to begin at `value`: a little inside the bounds."""
+        return self.to(min(max(value, 10 * self.least), self._below))
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        return self.to(self.least), self.to(self.most)
+
+    @property
+    def _below(self) -> float:
+        return 1 - 10 * (1 - self.most) if self.most < 1 else self.most / 10
+
+
+_SCALES = {
+    "log": _Scale(1e-12, 1e12, math.log, math.exp),
+    "logit": _Scale(1e-7, 1 - 1e-7, _logit, _expit),
 }
+# the plain model's value of a parameter whose search ends at a bound: taken where it predicts as well
+_PLAIN = {"stay": 1.0, "evidence_floor": 0.0}
 # where the search begins, and how far its first steps reach on each parameter's scale
 _STARTS = {"stay": 0.95, "evidence_floor": 0.02}
 _CONTROL_WEIGHTS = np.geomspace(0.1, 1000.0, 9)
 _FIRST_STEP = 0.7
+_AS_GOOD = 1e-6
 _WORST = -745.0
 
 
@@ -98,7 +123,6 @@ def fit_goals(
     *,
     objective: Objective = "predictive",
     fixed: Collection[str] = (),
-    start_here: bool = False,
 ) -> Fit:
     """Return the model with its parameters fitted to motion whose goals are known.
 
@@ -106,7 +130,8 @@ def fit_goals(
     posterior is scored by. The posterior depends on the product of rationality and tempering only, so for goal-lqr that
     product is fitted, together with the control weight, ``stay`` and the evidence floor; then rationality is set to its
     likelihood estimate at that control weight, and tempering to what remains. On people, whose residuals are correlated
-    from sample to sample, it is far from 1.
+    from sample to sample, it is far from 1. Where one of the two is fixed, the other is fitted. ``stay`` and the floor
+    are set to the plain 1 and 0 where that predicts as well (to 1e-6).
 
     ``likelihood`` (goal-lqr only) maximises the likelihood (22) of the controls given the true goals; tempering is 1
     and there is no evidence floor.
@@ -114,15 +139,14 @@ def fit_goals(
     Parameters
     ----------
     model : GoalModel
-        Its parameters in `fixed` stay; the others that the class lists in ``fitted`` are fitted.
+        Its parameters in `fixed` stay; the others that the class lists in ``fitted`` are fitted (and tempering with
+        goal-lqr); those that it does not list, such as ``dynamics``, are never changed.
     data : LabelledEvidence
         What to fit to.
     objective : {"predictive", "likelihood"}
         What to maximise.
     fixed : collection of str
         Parameters to leave as they are.
-    start_here : bool
-        Begin at the model's own parameters, as a fold of a cross-validation does, and not at a coarse search.
 
     Raises
     ------
@@ -143,16 +167,16 @@ def fit_goals(
     """
     if objective not in ("predictive", "likelihood"):
         raise ModelError(f"unknown objective {objective!r}: expected 'predictive' or 'likelihood'")
+    unknown = sorted(set(fixed) - set(parameter_names(type(model))))
+    if unknown:
+        raise ModelError(f"model {model.name!r} has no parameter {unknown[0]!r} to hold fixed")
     if objective == "likelihood":
         if not isinstance(model, GoalLQR) or model.agent is not None:
             raise ModelError(
                 "the likelihood objective is that of goal-lqr with its own parameters; use 'predictive'"
             )
         return _fit_likelihood(model, data, fixed)
-    free = [name for name in model.fitted if name not in fixed]
-    if isinstance(model, GoalLQR) and model.agent is not None:
-        # the matrices are the user's own; how evidence is weighed is still open
-        free = [name for name in ("tempering", "stay", "evidence_floor") if name not in fixed]
+    free = _free_parameters(model, fixed)
     if not free:
         raise ModelError(
             f"model {model.name!r} has nothing left to fit: free are {', '.join(model.fitted) or 'none'}"
@@ -161,7 +185,16 @@ def fit_goals(
 
     # thousands of tiny matrix products: threads would only wait for each other, and their number must not matter
     with threadpool_limits(limits=1, user_api="blas"):
-        return _fit_predictive(model, data, free, fixed, start_here=start_here)
+        return _fit_predictive(model, data, free)
+
+
+def _free_parameters(model: GoalModel, fixed: Collection[str]) -> list[str]:
+    free = list(model.fitted)
+    if isinstance(model, GoalLQR):
+        # the matrices of an agent of one's own are not touched; how its evidence is weighed is open all the same
+        free = ["stay", "evidence_floor"] if model.agent is not None else free
+        free.append("tempering")
+    return [name for name in free if name not in fixed]
 
 
 def predictive_score(model: GoalModel, data: LabelledEvidence) -> float:
@@ -171,36 +204,29 @@ def predictive_score(model: GoalModel, data: LabelledEvidence) -> float:
     return float((np.maximum(log_posterior, _WORST) * data.weight[counted]).sum())
 
 
-def _fit_predictive(
-    model: GoalModel, data: LabelledEvidence, free: list[str], fixed: Collection[str], *, start_here: bool
-) -> Fit:
-    if not start_here:
-        starts = {name: value for name, value in _STARTS.items() if name in free}
-        model = dataclasses.replace(model, **starts)  # type: ignore[type-var]
-        model = _coarse_start(model, data, free)
-    merged = (
-        isinstance(model, GoalLQR)
-        and model.agent is None
-        and "rationality" in free
-        and "tempering" not in fixed
-    )
-    if merged and isinstance(model, GoalLQR):
-        model = dataclasses.replace(model, rationality=model.rationality * model.tempering, tempering=1.0)
-    base = model
-    scales = [{**model.fitted, "tempering": "log"}[name] for name in free]
+def _fit_predictive(model: GoalModel, data: LabelledEvidence, free: list[str]) -> Fit:
+    starts = {name: value for name, value in _STARTS.items() if name in free}
+    base = _coarse_start(dataclasses.replace(model, **starts), data, free)  # type: ignore[type-var]
+    # the posterior knows the product of rationality and tempering only: tempering is taken apart afterwards
+    merged = isinstance(base, GoalLQR) and {"rationality", "tempering"} <= set(free)
+    if merged:
+        free = [name for name in free if name != "tempering"]
+    scales = [_SCALES[{**model.fitted, "tempering": "log"}[name]] for name in free]
 
     def at(point: Float[np.ndarray, " free"]) -> GoalModel:
-        values = {
-            name: float(_SCALES[scale][1](x)) for name, scale, x in zip(free, scales, point, strict=True)
-        }
+        values = {name: scale.back(float(x)) for name, scale, x in zip(free, scales, point, strict=True)}
         changed: GoalModel = dataclasses.replace(base, **values)  # type: ignore[type-var]
         return changed
 
-    start = np.array(
-        [_SCALES[scale][0](getattr(base, name)) for name, scale in zip(free, scales, strict=True)]
-    )
-    point, value, evaluations, converged = _climb(lambda x: predictive_score(at(x), data), start)
+    start = np.array([scale.start(getattr(base, name)) for name, scale in zip(free, scales, strict=True)])
+    bounds = [scale.bounds for scale in scales]
+    point, value, evaluations, converged = _climb(lambda x: predictive_score(at(x), data), start, bounds)
     fitted = at(point)
+    for name in [name for name in _PLAIN if name in free]:
+        plain: GoalModel = dataclasses.replace(fitted, **{name: _PLAIN[name]})  # type: ignore[type-var]
+        plain_value = predictive_score(plain, data)
+        if plain_value >= value - _AS_GOOD:
+            fitted, value = plain, plain_value
     if merged and isinstance(fitted, GoalLQR):
         beta, _ = _control_likelihood(fitted, data, fit_rationality=True)
         fitted = dataclasses.replace(fitted, rationality=beta, tempering=fitted.rationality / beta)
@@ -212,6 +238,7 @@ def _coarse_start(model: GoalModel, data: LabelledEvidence, free: list[str]) -> 
     candidates: list[GoalModel] = []
     if isinstance(model, GoalLQR) and model.agent is None and {"control_weight", "rationality"} & set(free):
         weights = _CONTROL_WEIGHTS if "control_weight" in free else [model.control_weight]
+        model = dataclasses.replace(model, tempering=1.0) if "tempering" in free else model
         for weight in weights:
             agent = dataclasses.replace(model, control_weight=float(weight))
             beta = (
@@ -222,7 +249,7 @@ def _coarse_start(model: GoalModel, data: LabelledEvidence, free: list[str]) -> 
             tempers = (1.0, 0.3, 0.1) if "rationality" in free else (1.0,)
             candidates += [dataclasses.replace(agent, rationality=beta * temper) for temper in tempers]
     else:
-        positive = [name for name in free if model.fitted.get(name) == "log"]
+        positive = [name for name in free if {**model.fitted, "tempering": "log"}[name] == "log"]
         for factor in (0.1, 0.3, 1.0, 3.0, 10.0):
             candidates.append(
                 dataclasses.replace(model, **{name: getattr(model, name) * factor for name in positive})  # type: ignore[type-var]
@@ -245,7 +272,7 @@ def _fit_likelihood(model: GoalLQR, data: LabelledEvidence, fixed: Collection[st
     evaluations, converged = 1, True
     if "control_weight" in free:
         best = max(np.log(_CONTROL_WEIGHTS), key=lambda start: profile(np.array([start])))
-        point, _, evaluations, converged = _climb(profile, np.array([best]))
+        point, _, evaluations, converged = _climb(profile, np.array([best]), [_SCALES["log"].bounds])
         model = dataclasses.replace(model, control_weight=float(np.exp(point[0])))
     beta, value = _control_likelihood(model, data, fit_rationality="rationality" in free)
     return Fit(dataclasses.replace(model, rationality=beta), "likelihood", value, evaluations, converged)
@@ -281,7 +308,9 @@ def _control_likelihood(
 
 
 def _climb(
-    objective: Callable[[Float[np.ndarray, " free"]], float], start: Float[np.ndarray, " free"]
+    objective: Callable[[Float[np.ndarray, " free"]], float],
+    start: Float[np.ndarray, " free"],
+    bounds: list[tuple[float, float]],
 ) -> tuple[Float[np.ndarray, " free"], float, int, bool]:
     from scipy.optimize import minimize
 
@@ -294,6 +323,7 @@ def _climb(
         cost,
         start,
         method="Nelder-Mead",
+        bounds=bounds,
         options={"initial_simplex": simplex, "xatol": 2e-3, "fatol": 1e-6, "maxfev": 300 * len(start)},
     )
     return np.asarray(found.x), -float(found.fun), int(found.nfev), bool(found.success)

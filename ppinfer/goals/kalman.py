@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -24,6 +25,8 @@ from ppinfer.goals.model import (
 )
 from ppinfer.goals.noisily_rational import NoisilyRational
 
+# however slow the agent, a gap in the log is bridged in at most so many steps
+MOST_STEPS = 100_000
 SOURCE = "hidden: Kalman-filtered from noisy positions, one filter a goal"
 
 
@@ -34,7 +37,8 @@ class GoalKalman(GoalModel):
     Under each goal the closed loop F = A - BK with process noise Q = B (2 beta S)^-1 B' is a linear-Gaussian system;
     the evidence of a position is the density of its innovation. A sample whose innovation lies beyond `gate` standard
     deviations under every goal is an outlier: it is counted, updates no filter and says nothing of the goals. After
-    `reacquire_after` outliers in a row the filters start anew at the last of them. Dropouts predict without updating.
+    `reacquire_after` outliers in a row the filters start anew at the last of them. Dropouts predict without updating;
+    times are taken in whole steps of the nominal dt, at least one between samples.
 
     Parameters
     ----------
@@ -70,7 +74,12 @@ class GoalKalman(GoalModel):
     """
 
     name: ClassVar[str] = "goal-kalman"
-    fitted: ClassVar[dict[str, str]] = {"control_weight": "log", "rationality": "log", "stay": "logit"}
+    fitted: ClassVar[dict[str, str]] = {
+        "control_weight": "log",
+        "rationality": "log",
+        "measurement_noise": "log",
+        "stay": "logit",
+    }
     gates_outliers: ClassVar[bool] = True
 
     dynamics: str = "double-integrator"
@@ -136,6 +145,7 @@ class GoalKalman(GoalModel):
             system.R,
             system.start_covariance,
             dt,
+            system.most_steps,
             self.gate**2,
             self.reacquire_after,
             log_likelihood,
@@ -211,6 +221,13 @@ class _System:
             start_covariance=np.diag(variance),
         )
 
+    @cached_property
+    def most_steps(self) -> int:
+        """Steps after which an unseen agent rests at its goal, to the last digit: further ones change nothing."""
+        slowest = float(np.abs(np.linalg.eigvals(self.F)).max())
+        settled = math.ceil(2 * math.log(1e-16) / math.log(slowest)) if 0 < slowest < 1 else MOST_STEPS
+        return min(MOST_STEPS, 2 + settled)
+
     def drive(
         self, agent: NoisilyRational, goals: Float[np.ndarray, "*batch space"]
     ) -> Float[np.ndarray, "*batch n"]:
@@ -252,7 +269,7 @@ class _FilterBank:
         """Return the tempered log density of this position's innovation under every goal."""
         elapsed, self._last_time = observation.time - self._last_time, observation.time
         if self._started:
-            for _ in range(max(1, round(elapsed / self._dt))):
+            for _ in range(min(self._system.most_steps, max(1, round(elapsed / self._dt)))):
                 for kalman, drive in zip(self._filters, self._drive, strict=True):
                     kalman.predict(u=drive[:, None])
         if observation.position is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,6 +13,7 @@ from ppinfer.distributions import Axis, Distribution
 from ppinfer.errors import ImpossibleEvidenceError, LogError
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.model import Observation
+from ppinfer.goals.priors import log_priors
 from ppinfer.goals.switching import row_transitions
 
 if TYPE_CHECKING:
@@ -50,7 +51,8 @@ class OnlineGoalBelief:
         self._axes = (Axis("goal", labels),)
         self._log_belief: Float[np.ndarray, " goal"] | None = None
         self._transition: Float[np.ndarray, "goal goal"] | None = None
-        self._predict_first = False
+        self._present: Bool[np.ndarray, " goal"] | None = None
+        self._space = 0
         self._fresh = True
         self._last_time = -np.inf
 
@@ -59,7 +61,7 @@ class OnlineGoalBelief:
         goals: Float[np.ndarray, "goal space"],
         *,
         present: Bool[np.ndarray, " goal"] | None = None,
-        prior: Float[np.ndarray, " goal"] | None = None,
+        prior: Any = None,
         carry: bool = False,
     ) -> Distribution:
         """Begin a row: new goals, and the belief from its prior or carried over goal by goal.
@@ -70,7 +72,7 @@ class OnlineGoalBelief:
             Positions of the goals, one for each label.
         present : (goal,) bool, optional
             Goals that exist; default all.
-        prior : (goal,) float64, optional
+        prior : (goal,) array of float, optional
             Probabilities to start from; default even over the goals present.
         carry : bool
             Start from the last belief, moved on by one step of the goals' transition, instead of from a prior.
@@ -91,22 +93,28 @@ class OnlineGoalBelief:
             raise LogError(
                 "at least one goal must be present, and every goal that is must have a finite position"
             )
-        weights = there / there.sum() if prior is None else np.where(there, prior, 0.0)
-        with np.errstate(divide="ignore"):
-            log_prior = np.log(weights / weights.sum())
-        self._transition = None
-        if carry or self._model.memoryless or self._model.stay != 1.0:
-            log_transition, _ = row_transitions(
-                log_prior[None], there[None], self._model.stay, memoryless=self._model.memoryless
+        log_prior = log_priors(there[None], prior, name_row=lambda _: "the new row")[0]
+        model = self._model
+        if carry and self._log_belief is not None and self._present is not None:
+            entry = row_transitions(
+                log_prior[None],
+                there[None],
+                model.stay,
+                memoryless=model.memoryless,
+                appeared=(there & ~self._present)[None],
             )
-            self._transition = np.exp(log_transition[0])
-        self._predict_first = carry and self._log_belief is not None
-        if not self._predict_first:
+            self._log_belief = _moved(self._log_belief, np.exp(entry[0][0]))
+        else:
             self._log_belief = log_prior
+        self._transition = None
+        if model.memoryless or model.stay != 1.0:
+            within = row_transitions(log_prior[None], there[None], model.stay, memoryless=model.memoryless)
+            self._transition = np.exp(within[0][0])
+        self._present = there
+        self._space = goals.shape[1]
         self._fresh = True
         self._last_time = -np.inf
         self._likelihood.restart(goals, there)
-        assert self._log_belief is not None
         return Distribution._sound(self._axes, self._log_belief, ("random",))
 
     def observe(
@@ -136,8 +144,14 @@ class OnlineGoalBelief:
         """
         if self._log_belief is None:
             raise LogError("no goals yet: call restart(goals) before the first observation")
-        if not time > self._last_time:
-            raise LogError(f"time must increase within a row; got {time!r} after {self._last_time!r}")
+        if not self._last_time < time < math.inf:
+            raise LogError(
+                f"time must be finite and increase within a row; got {time!r} after {self._last_time!r}"
+            )
+        if position is not None and np.shape(position) != (self._space,):
+            raise LogError(
+                f"position at time {time!r} has shape {np.shape(position)}; the goals lie in {self._space} dimensions"
+            )
         for name, value in (("position", position), ("velocity", velocity), ("control", control)):
             # of a few numbers, Python is the faster judge
             if value is not None and not all(map(math.isfinite, np.asarray(value).tolist())):
@@ -145,8 +159,8 @@ class OnlineGoalBelief:
         self._last_time = time
         log_likelihood = self._likelihood.step(Observation(time, position, velocity, control, control_order))
         log_belief = self._log_belief
-        if self._transition is not None and (not self._fresh or self._predict_first):
-            log_belief = self._predicted(log_belief)
+        if self._transition is not None and not self._fresh:
+            log_belief = _moved(log_belief, self._transition)
         log_belief = log_belief + log_likelihood
         log_total = np.logaddexp.reduce(log_belief)
         if log_total == -np.inf:
@@ -155,12 +169,15 @@ class OnlineGoalBelief:
         self._fresh = False
         return Distribution._sound(self._axes, self._log_belief, ("random",))
 
-    def _predicted(self, log_belief: Float[np.ndarray, " goal"]) -> Float[np.ndarray, " goal"]:
-        assert self._transition is not None
-        largest = log_belief.max()
-        with np.errstate(divide="ignore"):
-            predicted: np.ndarray = np.log(np.exp(log_belief - largest) @ self._transition) + largest
-        return predicted
+
+def _moved(
+    log_belief: Float[np.ndarray, " goal"], transition: Float[np.ndarray, "goal goal"]
+) -> Float[np.ndarray, " goal"]:
+    """Return the belief one step later."""
+    largest = log_belief.max()
+    with np.errstate(divide="ignore"):
+        moved: np.ndarray = np.log(np.exp(log_belief - largest) @ transition) + largest
+    return moved
 
 
 class WindowedLikelihood:

@@ -215,6 +215,7 @@ def kalman_bank(
     R: Float[np.ndarray, "space space"],
     start_covariance: Float[np.ndarray, "n n"],
     dt: float,
+    most_steps: int,
     gate_squared: float,
     reacquire_after: int,
     log_likelihood: Float[np.ndarray, "sample goal"],
@@ -241,7 +242,9 @@ def kalman_bank(
             for goal in range(goals):
                 log_likelihood[sample, goal] = 0.0
             if started:
-                steps = max(1, round((time[sample] - time[sample - 1]) / dt))
+                steps = int(
+                    min(float(most_steps), max(1.0, np.round((time[sample] - time[sample - 1]) / dt)))
+                )
                 for _step in range(steps):
                     for goal in range(goals):
                         x[goal] = F @ x[goal] + drive[row, goal]

@@ -8,10 +8,13 @@ from jaxtyping import Bool, Float, Int
 from ppinfer.goals.model import require_range
 
 
-def goal_transition(present: Bool[np.ndarray, " goal"], stay: float) -> Float[np.ndarray, "goal goal"]:
+def goal_transition(
+    present: Bool[np.ndarray, " goal"], stay: float, *, appeared: Bool[np.ndarray, " goal"] | None = None
+) -> Float[np.ndarray, "goal goal"]:
     """Return p(next goal | goal): stay with probability `stay`, else any other goal that is present.
 
-    A goal that is no longer there leaves its probability to all that are, evenly; a lone goal stays.
+    A goal that is no longer there leaves its probability to all that are, evenly; a lone goal stays. Goals that have
+    just appeared, k of the n present, are pursued with probability k / n, whatever was believed before they were there.
 
     Parameters
     ----------
@@ -19,6 +22,8 @@ def goal_transition(present: Bool[np.ndarray, " goal"], stay: float) -> Float[np
         Which goals there are.
     stay : float
         Probability per sample that the goal stays what it is, in [0, 1].
+    appeared : (goal,) bool, optional
+        Which of them were not there at the sample before.
 
     Examples
     --------
@@ -28,6 +33,12 @@ def goal_transition(present: Bool[np.ndarray, " goal"], stay: float) -> Float[np
            [0.01, 0.01, 0.98]])
     """
     require_range("stay", stay, 0.0, 1.0)
+    if appeared is not None and (appeared & present).any():
+        new, old = appeared & present, present & ~appeared
+        share = new.sum() / present.sum()
+        before = goal_transition(old, stay) if old.any() else np.zeros((len(present), len(present)))
+        entering: np.ndarray = (1.0 - share) * before + share * new / new.sum()
+        return entering
     count = int(present.sum())
     there = present.astype(np.float64)
     if count == 1:
@@ -45,16 +56,20 @@ def row_transitions(
     stay: float,
     *,
     memoryless: bool,
+    appeared: Bool[np.ndarray, "row goal"] | None = None,
 ) -> tuple[Float[np.ndarray, "kind goal goal"], Int[np.ndarray, " row"]]:
     """Return the distinct log transitions that rows need, and which one each row uses.
 
     A memoryless model draws the goal anew from the row's prior at every sample.
     """
-    key = log_prior if memoryless else present.astype(np.float64)
-    distinct, which = np.unique(key, axis=0, return_inverse=True)
+    goals = present.shape[1]
     if memoryless:
-        log_transition = np.repeat(distinct[:, None, :], distinct.shape[1], axis=1)
-    else:
-        with np.errstate(divide="ignore"):
-            log_transition = np.log(np.stack([goal_transition(row > 0, stay) for row in distinct]))
+        distinct, which = np.unique(log_prior, axis=0, return_inverse=True)
+        log_transition = np.repeat(distinct[:, None, :], goals, axis=1)
+        return log_transition, which.reshape(-1).astype(np.int64)
+    new = np.zeros_like(present) if appeared is None else appeared
+    distinct, which = np.unique(np.concatenate([present, new], axis=1), axis=0, return_inverse=True)
+    matrices = [goal_transition(kind[:goals], stay, appeared=kind[goals:]) for kind in distinct]
+    with np.errstate(divide="ignore"):
+        log_transition = np.log(np.stack(matrices))
     return log_transition, which.reshape(-1).astype(np.int64)

@@ -122,17 +122,16 @@ def fit_study(
     groups = _groups(chosen, len(chosen) if folds is None else folds, seed)
     total = 1 + len(groups)
 
-    def fit_to(people: Sequence[str], start: GoalModel, *, start_here: bool) -> Fit:
+    def fit_to(people: Sequence[str]) -> Fit:
         data = _labelled_rows(evidence, true_goal, weight, np.isin(participant, people))
-        return fit_goals(start, data, objective=objective, fixed=fixed, start_here=start_here)
+        return fit_goals(model, data, objective=objective, fixed=fixed)
 
-    whole = fit_to(chosen, model, start_here=False)
+    whole = fit_to(chosen)
     progress(1, total)
     fits: list[Fit] = []
     log_posterior = np.full((evidence.samples, len(evidence.goal_labels)), np.nan)
     for done, group in enumerate(groups, start=2):
-        # each fold climbs from the model of all participants chosen; the search is local, the folds are not told more
-        fits.append(fit_to([name for name in chosen if name not in group], whole.model, start_here=True))
+        fits.append(fit_to([name for name in chosen if name not in group]))
         rows = np.flatnonzero(np.isin(participant, group))
         belief = infer_goals(fits[-1].model, evidence.take_rows(rows))
         log_posterior[np.isin(evidence.row_of_sample, rows)] = belief.log_posterior

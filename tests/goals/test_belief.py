@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from ppinfer.distributions import forward_filter
 from ppinfer.errors import ImpossibleEvidenceError, LogError, ModelError
 from ppinfer.goals import (
+    MODELS,
     Dynamics,
     GoalDesign,
     GoalEvidence,
@@ -27,7 +28,7 @@ from ppinfer.testing import check_likelihood, goal_evidences
 
 from .literal import enumerated_smoother, literal_belief, literal_log_density
 
-MODELS = [
+SETTINGS = [
     (GoalLQR(control_weight=4.64, rationality=0.05), True),
     (GoalLQR(dynamics="double-integrator", control_weight=1.0, state_weight=10.0, rationality=0.05), True),
     (GoalLQR(stay=0.9, tempering=0.3, evidence_floor=0.05), False),
@@ -44,9 +45,14 @@ MODELS = [
 ]
 
 
-@pytest.mark.parametrize(("model", "twin"), MODELS, ids=lambda value: getattr(value, "name", None))
+@pytest.mark.parametrize(("model", "twin"), SETTINGS, ids=lambda value: getattr(value, "name", None))
 def test_every_model_obeys_the_laws(model, twin):
     check_likelihood(model, twin=twin)
+
+
+@pytest.mark.parametrize("name", list(MODELS))
+def test_every_model_that_commands_know_obeys_the_laws_as_it_comes(name):
+    check_likelihood(MODELS[name](), examples=15)
 
 
 def row_of(evidence, row):
@@ -235,6 +241,10 @@ def test_impossible_evidence_names_trial_and_sample():
         ({"row_size": np.array([2])}, "sum to the 3 samples"),
         ({"present": np.zeros((1, 2), dtype=bool)}, "no goal is present"),
         ({"velocity": np.zeros((2, 2))}, "velocity has shape"),
+        ({"observed": np.ones(2, dtype=bool)}, "observed has shape"),
+        ({"present": np.ones((1, 1), dtype=bool)}, "present has shape"),
+        ({"continues": np.zeros(2, dtype=bool)}, "continues has shape"),
+        ({"position": np.full((3, 2), 1e160)}, "nothing can be computed"),
     ],
 )
 def test_bad_evidence_is_refused_where_it_is(change, message):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Float, Int
+from jaxtyping import Float, Int, Shaped
 
 from ppinfer.errors import LogError
 from ppinfer.goals import GoalModel, infer_goals
@@ -16,6 +16,7 @@ from ppinfer.goals.belief import Mode
 from ppinfer.goals.configuration import other_parameters_of, parameters_of
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.studies.goal_evidence import Restart, agent_index, goal_evidence
+from ppinfer.studies.posterior_layout import POSTERIOR_FORMAT, POSTERIOR_FORMAT_VERSION
 
 DEFAULT_AGENT = "human"
 TIME_STEP_SAMPLES = 1_000_000
@@ -37,7 +38,7 @@ def infer_log(
     """Return the posterior over an agent's goals at every sample of a log in memory.
 
     The numbers are those that `infer_posterior` writes from a file, and the Dataset has the form of that file: it can
-    be scored, compared and plotted as it is.
+    be scored, compared and plotted as it is, and `write_posterior` writes it.
 
     Parameters
     ----------
@@ -81,6 +82,7 @@ def infer_log(
         "model": model.name,
         "configuration": configuration_text(model, whose, mode, restart, carry=carry, time_step=step),
         "state_source": belief.state_source,
+        "outliers_gated": 0 if belief.outliers is None else int(belief.outliers.sum()),
     }
     posterior = posterior_dataset(log, evidence, belief.log_posterior, whose, attrs)
     if belief.outliers is not None:
@@ -135,12 +137,34 @@ def posterior_dataset(
     )
     if "goal_present" not in out:
         out["goal_present"] = (log["goal_position"].dims[:2], presence(log))
-    if "segment_trial" in log:
-        mine = np.flatnonzero(log["segment_agent"].values.astype(str) == agent)
-        names = ("segment_trial", "segment_start", "segment_stop", "true_goal")
-        out = out.assign({name: ("segment", log[name].values[mine]) for name in names})
-    out.attrs = {"ppinfer_format": "posterior", "hypothesis": "goal", "agent": agent, **(attrs or {})}
+    out = out.assign({name: ("segment", values) for name, values in segments_of_agent(log, agent).items()})
+    out.attrs = {
+        "ppinfer_format": POSTERIOR_FORMAT,
+        "ppinfer_format_version": POSTERIOR_FORMAT_VERSION,
+        "ppinfer_version": ppinfer_version(),
+        "hypothesis": "goal",
+        "agent": agent,
+        "samples_missing": int((~evidence.seen).sum()),
+        **(attrs or {}),
+    }
     return out
+
+
+def segments_of_agent(log: xr.Dataset, agent: str) -> dict[str, Shaped[np.ndarray, " segment"]]:
+    """Return the segments of one agent, by the names of a posterior's variables; none where the log has none.
+
+    Examples
+    --------
+    >>> from ppinfer.testing import example_log
+    >>> segments_of_agent(example_log(participants=1, trials=2, samples=9), "human")["segment_stop"]
+    array([9, 9])
+    """
+    names = ("segment_trial", "segment_start", "segment_stop", "true_goal")
+    if "segment_trial" not in log:
+        kinds = (np.int64, np.int64, np.int64, object)
+        return {name: np.zeros(0, kind) for name, kind in zip(names, kinds, strict=True)}
+    mine = log["segment_agent"].values.astype(str) == agent
+    return {name: log[name].values[mine] for name in names}
 
 
 def default_agent(log: xr.Dataset) -> str:
@@ -197,6 +221,13 @@ def configuration_text(
         },
         allow_nan=False,
     )
+
+
+def ppinfer_version() -> str:
+    """Return the version that results are marked with."""
+    from ppinfer import __version__
+
+    return __version__
 
 
 def presence(log: xr.Dataset) -> Int[np.ndarray, "where goal"]:

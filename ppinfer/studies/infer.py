@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +23,9 @@ from ppinfer.studies.log_inference import (
     configuration_text,
     default_agent,
     nominal_time_step,
+    ppinfer_version,
     presence,
+    segments_of_agent,
 )
 from ppinfer.studies.posterior_writer import PosteriorWriter
 from ppinfer.studies.progress import ProgressCallback, silent
@@ -95,7 +98,8 @@ def infer_posterior(
     Raises
     ------
     LogError
-        Where the log is not sound, has no goals or not that agent.
+        Where the log is not sound (the first fault is told; `validate_log` finds all), has no goals or not
+        that agent.
     ImpossibleEvidenceError
         Where every goal is ruled out; the message names trial and sample. Nothing is written.
 
@@ -134,7 +138,7 @@ def infer_posterior(
         "mode": mode,
         "model": model.name,
         "seed": seed,
-        "ppinfer_version": _version(),
+        "ppinfer_version": ppinfer_version(),
         "input": Path(log_path).name,
         "input_sha256": file_sha256(log_path),
         "title": str(log_attrs.get("title", "")),
@@ -152,7 +156,7 @@ def infer_posterior(
         position_units=units,
     ) as writer:
         for block in iter_blocks(log_path, max_samples=block_samples, variables=names):
-            validate_log(block).raise_if_faulty()
+            _refuse_faulty(block, log_path)
             evidence = goal_evidence(block, whose, restart=restart, carry=carry, time_step=step)
             belief = infer_goals(model, evidence, mode=mode)
             _write_block(
@@ -174,6 +178,19 @@ def infer_posterior(
 
 
 _USED = ("time", "position", "velocity", "control", "observed", "goal_position", "goal_present")
+
+
+def _refuse_faulty(block: xr.Dataset, log_path: str | os.PathLike[str]) -> None:
+    report = validate_log(block)
+    if report.ok:
+        return
+    first = report.faults[0]
+    # segments are numbered within the block here, which says nothing to who has the log: trial and sample do
+    told = replace(first, message=re.sub(r"^segment \d+: ", "its segment: ", first.message))
+    raise LogError(
+        f"{log_path}: {told}; inference stopped at this first fault and wrote nothing: run 'ppinfer validate "
+        f"{log_path}' for all of them"
+    )
 
 
 def _write_block(
@@ -215,16 +232,14 @@ def _write_still(writer: PosteriorWriter, still: xr.Dataset, agent: str, *, movi
         participant=still["participant"].values,
         **optional,
     )
-    if "segment_trial" not in still:
-        return 0
-    mine = still["segment_agent"].values.astype(str) == agent
+    segments = segments_of_agent(still, agent)
     writer.write_segments(
-        trial=still["segment_trial"].values[mine],
-        start=still["segment_start"].values[mine],
-        stop=still["segment_stop"].values[mine],
-        true_goal=still["true_goal"].values[mine],
+        trial=segments["segment_trial"],
+        start=segments["segment_start"],
+        stop=segments["segment_stop"],
+        true_goal=segments["true_goal"],
     )
-    return int(mine.sum())
+    return len(segments["segment_trial"])
 
 
 def _require_goals(log: xr.Dataset, path: Path) -> None:
@@ -232,9 +247,3 @@ def _require_goals(log: xr.Dataset, path: Path) -> None:
         raise LogError(
             f"{path}: the log holds no goals (goal_position); give them when converting (see docs/log-format.md)"
         )
-
-
-def _version() -> str:
-    from ppinfer import __version__
-
-    return __version__

@@ -11,7 +11,15 @@ from numpy.testing import assert_allclose
 
 from ppinfer.errors import ImpossibleEvidenceError, LogError
 from ppinfer.goals import GoalKalman, GoalLQR, GoalModel, NearestGoal, infer_goals
-from ppinfer.studies import build_log, file_sha256, infer_log, read_log, write_log
+from ppinfer.studies import (
+    build_log,
+    file_sha256,
+    infer_log,
+    read_log,
+    score_posterior,
+    write_log,
+    write_posterior,
+)
 from ppinfer.studies.goal_evidence import goal_evidence
 from ppinfer.studies.infer import infer_posterior
 from ppinfer.studies.posterior import open_posterior
@@ -122,8 +130,8 @@ def test_a_belief_starts_anew_or_is_carried_over(tmp_path):
     assert_allclose(anew[[0, 5]], np.log(0.5), atol=1e-12)
     assert anew[4].tolist() == [0.0, -np.inf]
     assert carried[4].tolist() == [0.0, -np.inf]
-    # the pan was ruled out while it was gone, and a goal that is certain stays so without switching
-    assert carried[5].tolist() == [0.0, -np.inf]
+    # the pan is there again, and may be pursued whatever was believed while it was not
+    assert_allclose(carried[5], np.log(0.5), atol=1e-12)
     # a memoryless model has nothing to carry
     xr.testing.assert_equal(
         xr.load_dataset(tmp_path / "False.nc")["log_posterior"],
@@ -182,9 +190,43 @@ def test_nothing_is_written_on_failure(log_path, tmp_path):
     broken = xr.load_dataset(log_path)
     broken["time"].values[3] = broken["time"].values[2]
     write_log(broken, tmp_path / "broken.nc", validate=False)
-    with pytest.raises(LogError, match="time"):
+    with pytest.raises(LogError, match="trial '0': sample 3: column 'time'.*run 'ppinfer validate"):
         infer_posterior(tmp_path / "broken.nc", tmp_path / "post.nc", GoalLQR())
     assert not list(tmp_path.glob("*post*"))
+
+
+def test_a_fault_in_a_later_block_is_placed_by_trial_and_sample(log_path, tmp_path):
+    broken = xr.load_dataset(log_path)
+    broken["segment_stop"].values[7] = 99
+    write_log(broken, tmp_path / "broken.nc", validate=False)
+    with pytest.raises(LogError, match="trial '7': sample 0: column 'segment_start': its segment") as caught:
+        infer_posterior(tmp_path / "broken.nc", tmp_path / "post.nc", GoalLQR(), block_samples=50)
+    assert "this first fault" in str(caught.value)
+
+
+@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("with_segments", [False, True])
+@pytest.mark.parametrize("model", [GoalLQR(), GoalKalman()], ids=lambda model: model.name)
+def test_a_posterior_in_memory_is_written_read_and_scored_like_the_file(
+    tmp_path, moving, with_segments, model
+):
+    log = changing_goals() if moving else example_log(participants=2, trials=3)
+    if not with_segments:
+        log = log.drop_dims("segment")
+    write_log(log, tmp_path / "log.nc")
+    infer_posterior(tmp_path / "log.nc", tmp_path / "file.nc", model)
+    write_posterior(infer_log(log, model), tmp_path / "memory.nc")
+    with (
+        open_posterior(tmp_path / "file.nc", load=True, verify=True) as file,
+        open_posterior(tmp_path / "memory.nc", load=True, verify=True) as memory,
+    ):
+        xr.testing.assert_equal(file, memory)
+        told_by_the_file = {"input", "input_sha256", "seed", "title", "content_sha256"}
+        assert {key: file.attrs[key] for key in file.attrs.keys() - told_by_the_file} == {
+            key: memory.attrs[key] for key in memory.attrs.keys() - {"content_sha256"}
+        }
+        if with_segments:
+            assert repr(score_posterior(file)) == repr(score_posterior(memory))  # NaN is not NaN
 
 
 def test_velocities_that_were_not_logged_are_never_read(tmp_path):

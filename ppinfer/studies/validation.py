@@ -18,6 +18,7 @@ from ppinfer.errors import LogError
 from ppinfer.studies.blocks import block_edges
 from ppinfer.studies.checksums import ContentDigest, slabs
 from ppinfer.studies.faults import Fault, Faults, Report
+from ppinfer.studies.goal_absences import GoalAbsences
 from ppinfer.studies.motion_checks import (
     JUMP_FACTOR,
     Rows,
@@ -29,6 +30,7 @@ from ppinfer.studies.motion_checks import (
     jump_threshold,
     step_speeds,
 )
+from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.schema import DIGEST_ATTR
 from ppinfer.studies.storage import open_log
 from ppinfer.studies.structure_checks import (
@@ -42,7 +44,9 @@ from ppinfer.studies.structure_checks import (
 _BLOCK_SAMPLES = 500_000
 
 
-def validate_log(log: xr.Dataset | str | os.PathLike[str]) -> Report:
+def validate_log(
+    log: xr.Dataset | str | os.PathLike[str], *, progress: ProgressCallback = silent
+) -> Report:
     """Find everything that is wrong with a study log.
 
     A log on disk is read once, in blocks of whole trials, and its content is compared with its digest; of a
@@ -52,6 +56,8 @@ def validate_log(log: xr.Dataset | str | os.PathLike[str]) -> Report:
     ----------
     log
         A log or the path of one.
+    progress
+        Told how many samples are checked, of how many.
 
     Returns
     -------
@@ -67,7 +73,7 @@ def validate_log(log: xr.Dataset | str | os.PathLike[str]) -> Report:
     time-not-increasing
     """
     if isinstance(log, xr.Dataset):
-        return _Validation(log, "log").run()
+        return _Validation(log, "log", progress).run()
     source = str(Path(log))
     try:
         opened = open_log(log)
@@ -76,7 +82,7 @@ def validate_log(log: xr.Dataset | str | os.PathLike[str]) -> Report:
         faults = Faults([Fault("unreadable", text, file=source)])
         return Report.of(source, faults, Faults())
     try:
-        return _Validation(opened, source, digest=ContentDigest()).run()
+        return _Validation(opened, source, progress, digest=ContentDigest()).run()
     finally:
         opened.close()
 
@@ -85,10 +91,12 @@ def validate_log(log: xr.Dataset | str | os.PathLike[str]) -> Report:
 class _Validation:
     log: xr.Dataset
     source: str
+    progress: ProgressCallback
     digest: ContentDigest | None = None
     faults: Faults = field(default_factory=Faults)
     warnings: Faults = field(default_factory=Faults)
     damaged: set[str] = field(default_factory=set)
+    absences: GoalAbsences | None = None
 
     def run(self) -> Report:
         sizes = {str(name): size for name, size in self.log.sizes.items()}
@@ -99,6 +107,8 @@ class _Validation:
             sample_offsets(self.log["row_size"].values) if cut else np.array([0, sizes.get("sample", 0)])
         )
         names = trial_names(self.log) if cut else ["?"]
+        if cut:
+            self._count_absences(usable, offsets)
         self._check_samples(usable, offsets, names, cut)
         needed = {
             "segment_trial",
@@ -112,7 +122,7 @@ class _Validation:
         if needed <= usable:
             sound = check_segments(self.log, self.faults)
             if cut and {"goal", "goal_present"} <= usable:
-                self._check_true_goals(sound, offsets, names)
+                self._check_true_goals(sound, names)
         if {"goal_position", "goal_present"} <= usable and "sample" not in self.log["goal_present"].dims:
             placed, present = self.log["goal_position"].values, self.log["goal_present"].values
             ids = trial_names(self.log)
@@ -172,7 +182,9 @@ class _Validation:
             for slab in slabs(log, name):
                 self._read(name, slab[0] if slab else slice(None))
         agents = [str(name) for name in log["agent"].values.tolist()] if "agent" in usable else []
-        speeds: list[Float[np.ndarray, "sample agent"]] = []
+        total = int(offsets[-1])
+        # four bytes a sample and agent: the only thing here that grows with the samples
+        speeds = np.full((len(agents), total if cut else 0), np.nan, np.float32)
         for start, stop in self._blocks(offsets, cut):
             first = np.zeros(stop - start, bool)
             first[offsets[(offsets >= start) & (offsets < stop)] - start] = True
@@ -181,9 +193,26 @@ class _Validation:
             held = {name: values for name, values in block.items() if values is not None and name in usable}
             self._check_block(held, agents, rows, cut)
             if cut and agents and {"time", "position"} <= set(held):
-                speeds.append(step_speeds(held["time"], held["position"], first))
-        if speeds:
-            self._warn_of_jumps(np.concatenate(speeds), agents, offsets, names)
+                speeds[:, start:stop] = step_speeds(held["time"], held["position"], first).T
+            if self.absences is not None and "goal_present" in held:
+                self.absences.add(held["goal_present"])
+            self.progress(stop, total)
+        if cut:
+            self._warn_of_jumps(speeds, agents, offsets, names)
+
+    def _count_absences(self, usable: set[str], offsets: np.ndarray) -> None:
+        """Get ready to count, while the samples go by, where goals are absent within segments."""
+        names = ("segment_trial", "segment_start", "segment_stop")
+        if not {"goal", "goal_present", *names} <= usable or "sample" not in self.log["goal_present"].dims:
+            return
+        trial, start, stop = (self.log[name].values for name in names)
+        begin = np.zeros(trial.size, np.int64)
+        known = (trial >= 0) & (trial < offsets.size - 1)
+        begin[known] = offsets[trial[known]]
+        samples = int(offsets[-1])
+        # segments that do not fit are told elsewhere; here their bounds only must not overflow
+        first, last = (begin + np.clip(bound, 0, samples) for bound in (start, stop))
+        self.absences = GoalAbsences(first, last, samples=samples, goals=self.log.sizes["goal"])
 
     def _blocks(self, offsets: np.ndarray, cut: bool) -> Iterator[tuple[int, int]]:
         if not cut:
@@ -213,15 +242,14 @@ class _Validation:
 
     def _warn_of_jumps(
         self,
-        speeds: Float[np.ndarray, "sample agent"],
+        speeds: Float[np.ndarray, "agent sample"],
         agents: list[str],
         offsets: np.ndarray,
         names: list[str],
     ) -> None:
         everywhere = Rows(offsets, names, 0, np.zeros(0, bool))
         for index, agent in enumerate(agents):
-            limit = jump_threshold(speeds[:, index])
-            jumps = np.flatnonzero(speeds[:, index] > limit)
+            jumps = np.flatnonzero(speeds[index] > (limit := jump_threshold(speeds[index])))
             if jumps.size:
                 trial, sample = everywhere.place(int(jumps[0]))
                 self.warnings.add(
@@ -237,7 +265,7 @@ class _Validation:
                     )
                 )
 
-    def _check_true_goals(self, sound: np.ndarray, offsets: np.ndarray, names: list[str]) -> None:
+    def _check_true_goals(self, sound: np.ndarray, names: list[str]) -> None:
         log = self.log
         labels = log["goal"].values.astype(str)
         goal = log["true_goal"].values.astype(str)
@@ -246,8 +274,13 @@ class _Validation:
         order = np.argsort(labels)
         at = order[np.minimum(np.searchsorted(labels[order], goal), labels.size - 1)]
         known = np.flatnonzero(sound & (labels[at] == goal) & (goal != ""))
-        trial, start, stop = (log[f"segment_{name}"].values[known] for name in ("trial", "start", "stop"))
-        present = self._goal_absences(known, at, trial, start, stop, offsets)
+        trial, start = log["segment_trial"].values[known], log["segment_start"].values[known]
+        if "sample" not in log["goal_present"].dims:
+            present = log["goal_present"].values[trial, at[known]] == 1
+        elif self.absences is not None and "goal_present" not in self.damaged:
+            present = self.absences.present_throughout(known, goal=at[known])
+        else:
+            return
         self.faults.add_each(
             "goals-missing",
             np.flatnonzero(~present).tolist(),
@@ -260,22 +293,6 @@ class _Validation:
                 column="true_goal",
             ),
         )
-
-    def _goal_absences(
-        self, known: Any, at: Any, trial: Any, start: Any, stop: Any, offsets: np.ndarray
-    ) -> Any:
-        """Return, for each known segment, whether its true goal is present throughout."""
-        present = self.log["goal_present"]
-        if "sample" not in present.dims:
-            return present.values[trial, at[known]] == 1
-        if "goal_present" in self.damaged:
-            return np.ones(known.size, bool)
-        # int8 flags: a byte a goal and sample, small beside a block of positions
-        absent = np.cumsum(
-            np.vstack([np.zeros((1, present.sizes["goal"]), np.int64), present.values != 1]), axis=0
-        )
-        begin = offsets[trial]
-        return absent[begin + stop, at[known]] == absent[begin + start, at[known]]
 
     def _check_digest(self) -> None:
         if self.digest is None:

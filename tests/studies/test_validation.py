@@ -1,7 +1,10 @@
+from unittest import mock
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
 from ppinfer.errors import LogError
 from ppinfer.studies import Fault, Faults, FaultyLogError, build_log, read_log, validate_log, write_log
@@ -84,6 +87,43 @@ def test_a_true_goal_that_vanishes_within_its_segment_is_told():
     placed[3, 0] = np.nan
     fault = only_fault(small_log(goal_position=placed))
     assert (fault.kind, fault.trial, fault.column) == ("goals-missing", "a", "true_goal")
+
+
+@given(data=st.data())
+def test_absent_true_goals_are_those_that_looking_at_every_sample_finds(data):
+    sizes = data.draw(st.lists(st.integers(2, 6), min_size=1, max_size=5))
+    total, n_trials = sum(sizes), len(sizes)
+    present = data.draw(hnp.arrays(bool, (total, 2), elements=st.booleans()))
+    present[:, 1] |= ~present.any(axis=1)
+    stop = np.array([data.draw(st.integers(1, size)) for size in sizes])
+    start = np.array([data.draw(st.integers(0, int(end) - 1)) for end in stop])
+    goal = data.draw(hnp.arrays(np.int64, n_trials, elements=st.integers(0, 1)))
+    log = build_log(
+        agents=["human"],
+        goals=["cup", "pan"],
+        row_size=sizes,
+        time=np.concatenate([np.arange(size) / 10 for size in sizes]),
+        position=np.zeros((total, 1, 2)),
+        goal_position=np.where(present[..., None], 0.0, np.nan) * np.ones(2),
+        segment_trial=np.arange(n_trials),
+        segment_agent=["human"] * n_trials,
+        segment_start=start,
+        segment_stop=stop,
+        true_goal=np.array(["cup", "pan"])[goal].tolist(),
+    )
+    begin = np.cumsum(sizes) - sizes
+    missing = [
+        not present[begin[i] + start[i] : begin[i] + stop[i], goal[i]].all() for i in range(n_trials)
+    ]
+    with mock.patch("ppinfer.studies.validation._BLOCK_SAMPLES", data.draw(st.integers(1, 8))):
+        assert sum(validate_log(log).fault_counts.values()) == sum(missing)
+
+
+def test_validation_tells_how_far_it_is(monkeypatch):
+    monkeypatch.setattr("ppinfer.studies.validation._BLOCK_SAMPLES", 4)
+    told = []
+    validate_log(small_log(), progress=lambda done, total: told.append((done, total)))
+    assert told == [(4, 7), (7, 7)]
 
 
 def test_segments_of_one_agent_that_overlap_are_told():

@@ -68,6 +68,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 def run(args: argparse.Namespace) -> int:
     """Convert, and say what came of it."""
     from ppinfer.cli.output import print_json
+    from ppinfer.cli.progress import progress_bar
     from ppinfer.studies.faults import FaultyLogError
     from ppinfer.studies.readers import read_study
     from ppinfer.studies.storage import check_target, write_log
@@ -75,8 +76,10 @@ def run(args: argparse.Namespace) -> int:
 
     check_target(args.output)
     try:
-        log = read_study(args.source, args.reader, mapping=args.mapping)
-        report = validate_log(log)
+        with progress_bar("reading") as progress:
+            log = read_study(args.source, args.reader, mapping=args.mapping, progress=progress)
+        with progress_bar("checking samples") as progress:
+            report = validate_log(log, progress=progress)
         report.raise_if_faulty()
     except FaultyLogError as error:
         total = sum(error.counts.values())

@@ -34,9 +34,11 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 def run(args: argparse.Namespace) -> int:
     """Validate and print what was found."""
     from ppinfer.cli.output import print_json
+    from ppinfer.cli.progress import progress_bar
     from ppinfer.studies.file_checks import validate_file
 
-    report = validate_file(args.log)
+    with progress_bar("checking samples") as progress:
+        report = validate_file(args.log, progress=progress)
     if args.json:
         print_json(report.to_json())
         return 0 if report.ok else 1

@@ -8,29 +8,42 @@ from pathlib import Path
 
 from ppinfer.errors import LogError
 from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
+from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.recording import is_recording, load_recording
 from ppinfer.studies.recording_lines import log_of_recording
 from ppinfer.studies.storage import stated_format
 from ppinfer.studies.validation import validate_log
 
 
-def validate_file(path: str | os.PathLike[str]) -> Report:
+def validate_file(path: str | os.PathLike[str], *, progress: ProgressCallback = silent) -> Report:
     """Find everything that is wrong with a study log, a recording or a posterior.
+
+    Parameters
+    ----------
+    path
+        What to check; what kind it is, is read from it.
+    progress
+        Told how many samples of a log are checked, of how many.
 
     Returns
     -------
     Report
         As `validate_log` gives it; a torn last line of a recording is a warning.
+
+    Examples
+    --------
+    >>> print(validate_file("nowhere.nc").faults[0])
+    nowhere.nc: there is no such file
     """
     source = Path(path)
     if is_recording(source):
-        return _recording_report(source)
+        return _recording_report(source, progress)
     if stated_format(source) == "posterior":
         return _posterior_report(source)
-    return validate_log(source)
+    return validate_log(source, progress=progress)
 
 
-def _recording_report(source: Path) -> Report:
+def _recording_report(source: Path, progress: ProgressCallback) -> Report:
     warnings = Faults()
     try:
         recording = load_recording(source)
@@ -47,7 +60,7 @@ def _recording_report(source: Path) -> Report:
         return Report.of(str(source), faults, warnings)
     except LogError as error:
         return Report.of(str(source), Faults([_unreadable(source, error)]), warnings)
-    report = validate_log(log)
+    report = validate_log(log, progress=progress)
     return replace(
         report,
         source=str(source),

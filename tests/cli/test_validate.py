@@ -16,6 +16,17 @@ def test_a_sound_log_exits_with_zero(tmp_path, capsys, suffix):
     assert "sound (2 trials, 7 samples, 2 segments)" in capsys.readouterr().out
 
 
+def test_progress_is_drawn_on_a_terminal_and_nowhere_else(tmp_path, capsys, monkeypatch):
+    write_log(small_log(), tmp_path / "log.nc")
+    run_one("validate", tmp_path / "log.nc")
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr("rich.console.Console.is_terminal", True)
+    run_one("validate", tmp_path / "log.nc")
+    quiet, drawn = capsys.readouterr()
+    assert "checking samples" in drawn
+    assert "checking" not in quiet
+
+
 def test_an_unsound_log_exits_with_one_and_a_line_a_fault(tmp_path, capsys):
     log = small_log().copy(deep=True)
     log.time.values[2] = 0.0

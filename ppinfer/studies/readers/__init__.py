@@ -6,6 +6,7 @@ A new reader is one file with one function, and one line in `READERS`.
 from __future__ import annotations
 
 import importlib
+import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,19 +14,21 @@ from pathlib import Path
 import xarray as xr
 
 from ppinfer.errors import LogError
+from ppinfer.studies.progress import ProgressCallback, silent
 
 
 @dataclass(frozen=True)
 class Reader:
-    """Where a reader is, what it reads, and whether it takes a mapping of columns."""
+    """Where a reader is, what it reads, whether it takes a mapping of columns and tells its progress."""
 
     module: str
     function: str
     reads: str
     needs_mapping: bool = False
+    tells_progress: bool = False
 
     def load(self) -> Callable[..., xr.Dataset]:
-        """Import the reader's function; readers are only imported when they are used."""
+        """Import the reader's function (by name, since readers import from this package)."""
         function: Callable[..., xr.Dataset] = getattr(importlib.import_module(self.module), self.function)
         return function
 
@@ -35,6 +38,7 @@ READERS: dict[str, Reader] = {
         "ppinfer.studies.readers.reaching_study",
         "read_reaching_study",
         "the folder of the 2023 reaching study",
+        tells_progress=True,
     ),
     "eth": Reader(
         "ppinfer.studies.readers.eth", "read_eth", "an ETH/BIWI folder with obsmat.txt and destinations.txt"
@@ -49,13 +53,37 @@ READERS: dict[str, Reader] = {
 }
 
 
-def read_study(source: Path, reader: str, *, mapping: Path | None = None) -> xr.Dataset:
+def read_study(
+    source: str | os.PathLike[str],
+    reader: str,
+    *,
+    mapping: str | os.PathLike[str] | None = None,
+    progress: ProgressCallback = silent,
+) -> xr.Dataset:
     """Read a study with the reader of that name.
+
+    Parameters
+    ----------
+    source
+        The file or folder to read.
+    reader
+        One of `READERS`.
+    mapping
+        What the columns of a table are, for the reader that needs it.
+    progress
+        Told how many files are read, of how many, by readers of many files.
 
     Raises
     ------
     LogError
         If there is no such reader, a mapping is missing or not wanted, or the source is faulty.
+
+    Examples
+    --------
+    >>> read_study("nowhere.csv", "fortran")
+    Traceback (most recent call last):
+        ...
+    ppinfer.errors.LogError: there is no reader 'fortran'; choose one of reaching-study, eth, tidy, recording
     """
     if reader not in READERS:
         raise LogError(f"there is no reader {reader!r}; choose one of {', '.join(READERS)}")
@@ -67,6 +95,7 @@ def read_study(source: Path, reader: str, *, mapping: Path | None = None) -> xr.
             else "takes no --mapping"
         )
         raise LogError(f"{source}: reader {reader!r} {told}")
-    if not source.exists():
+    if not Path(source).exists():
         raise LogError(f"{source}: there is no such file or folder")
-    return known.load()(source, mapping) if mapping is not None else known.load()(source)
+    arguments = [source] if mapping is None else [source, mapping]
+    return known.load()(*arguments, **({"progress": progress} if known.tells_progress else {}))

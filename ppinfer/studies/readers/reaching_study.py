@@ -17,6 +17,7 @@ from jaxtyping import Shaped
 from ppinfer.errors import LogError
 from ppinfer.studies.checksums import file_sha256
 from ppinfer.studies.faults import Fault, Faults
+from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.readers.npz import read_npz
 from ppinfer.studies.trials import Segment, Trial, log_of_trials
 
@@ -72,7 +73,9 @@ class _Game:
         return int(self.arrays["xh"].shape[0])
 
 
-def read_reaching_study(folder: str | os.PathLike[str]) -> xr.Dataset:
+def read_reaching_study(
+    folder: str | os.PathLike[str], *, progress: ProgressCallback = silent
+) -> xr.Dataset:
     """Read the reaching study's folder.
 
     It holds ``trials/user<ID>_<robot>_<n>.npz``, ``segments.csv`` and ``trials.csv``. A game is a trial with
@@ -81,18 +84,37 @@ def read_reaching_study(folder: str | os.PathLike[str]) -> xr.Dataset:
     listed in the attribute ``notes``. An agent's velocity that is zero throughout the study while the agent
     moves was not logged (``has_velocity`` is 0).
 
+    Parameters
+    ----------
+    folder
+        Where the study is.
+    progress
+        Told how many games are read, of how many.
+
     Raises
     ------
     FaultyLogError
         Listing everything wrong with the folder: files that cannot be read or that hold pickled objects,
         arrays that are missing or of the wrong shape, rows of the tables that do not fit the games.
+
+    Examples
+    --------
+    >>> read_reaching_study("nowhere")
+    Traceback (most recent call last):
+        ...
+    ppinfer.errors.LogError: nowhere: has no trials/*.npz; give the folder of the reaching study
     """
     source = Path(folder)
     faults, notes = Faults(), Faults()
     files = sorted((source / "trials").glob("*.npz")) if source.is_dir() else []
     if not files:
         raise LogError(f"{source}: has no trials/*.npz; give the folder of the reaching study")
-    games = {game.name: game for path in files if (game := _read_game(path, source, faults)) is not None}
+    games: dict[str, _Game] = {}
+    for done, path in enumerate(files, start=1):
+        game = _read_game(path, source, faults)
+        if game is not None:
+            games[game.name] = game
+        progress(done, len(files))
     _check_goal_counts(games, faults)
     unread = {path.stem for path in files} - set(games)
     _check_lengths(source / "trials.csv", games, unread, faults, notes)

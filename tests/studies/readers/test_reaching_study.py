@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from ppinfer.errors import LogError
-from ppinfer.studies import FaultyLogError, read_reaching_study, validate_log
+from ppinfer.studies import FaultyLogError, read_reaching_study, read_study, validate_log
 
 from ..logs import study_data
 
@@ -44,6 +44,13 @@ def study(folder, games, segments="7,cbp,1,0,0,6,5,2\n", trials="7,cbp,1,12\n"):
     )
     (folder / "trials.csv").write_text("user_id,robot_type,game_idx,T\n" + trials)
     return folder
+
+
+def test_the_reader_tells_how_many_games_are_read(tmp_path):
+    told = []
+    folder = study(tmp_path, {GAME: arrays(), "user7_cbp_2": arrays()})
+    read_study(folder, "reaching-study", progress=lambda done, total: told.append((done, total)))
+    assert told == [(1, 2), (2, 2)]
 
 
 def faults_of(folder):

@@ -15,6 +15,7 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from ppinfer.testing.example_logs import example_log
 from ppinfer.testing.goals import check_likelihood
 from ppinfer.testing.laws import (
     check_batch_equals_loop,
@@ -27,10 +28,10 @@ from ppinfer.testing.laws import (
     check_scale,
     check_smoother,
 )
-from ppinfer.testing.logs import example_log
 
 if TYPE_CHECKING:
     from ppinfer.testing.evidence_strategies import goal_evidences
+    from ppinfer.testing.log_strategies import logs
     from ppinfer.testing.strategies import (
         axes,
         axis_sets,
@@ -45,7 +46,10 @@ if TYPE_CHECKING:
 _LATER = dict.fromkeys(
     ("axes", "axis_sets", "distributions", "factors", "log_weights", "relabellings", "transitions"),
     "ppinfer.testing.strategies",
-) | {"goal_evidences": "ppinfer.testing.evidence_strategies"}
+) | {
+    "goal_evidences": "ppinfer.testing.evidence_strategies",
+    "logs": "ppinfer.testing.log_strategies",
+}
 
 
 def __getattr__(name: str) -> Any:
@@ -72,6 +76,7 @@ __all__ = [
     "factors",
     "goal_evidences",
     "log_weights",
+    "logs",
     "relabellings",
     "transitions",
 ]

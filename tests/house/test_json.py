@@ -11,7 +11,7 @@ import pytest
 
 from ppinfer.cli import COMMANDS, build_parser
 from ppinfer.studies import write_log
-from ppinfer.testing.logs import example_log
+from ppinfer.testing import example_log
 
 from .pages import ROOT, run_command
 

@@ -16,8 +16,9 @@ from ppinfer.studies import (
     read_recording,
     validate_file,
 )
+from ppinfer.testing.log_strategies import studies
 
-from .logs import plain, studies
+from .logs import plain
 
 HEADER = RecordingHeader(agents=("human",), configuration={"speed": 1.5, "seeds": [1, 2]})
 

@@ -20,8 +20,9 @@ from ppinfer.studies import (
     validate_log,
     write_log,
 )
+from ppinfer.testing.log_strategies import studies
 
-from .logs import plain, small_log, studies
+from .logs import plain, small_log
 
 
 @pytest.mark.parametrize("suffix", [".nc", ".zarr"])

@@ -4,8 +4,9 @@ from hypothesis import given, settings
 
 from ppinfer.errors import LogError
 from ppinfer.studies import FaultyLogError, log_of_trials, read_tidy, validate_log
+from ppinfer.testing.log_strategies import studies
 
-from ..logs import plain, studies
+from ..logs import plain
 
 LONG = """
 [columns]

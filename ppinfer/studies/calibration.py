@@ -116,7 +116,8 @@ def calibrate_posterior(
     """Compare a posterior's probabilities with how often they come true.
 
     Every sample of a kept segment is a prediction. Segments weigh the same whatever their length: each of
-    the T samples of a segment weighs 1/T (and, over all goals, each of its K present goals 1/(T K)).
+    the T samples of a segment weighs 1/T. Over all goals, a sample at which K goals are present makes K
+    predictions, which weigh 1/(T K) each.
 
     Parameters
     ----------

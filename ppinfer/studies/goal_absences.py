@@ -29,7 +29,12 @@ class GoalAbsences:
     """
 
     def __init__(
-        self, first: Int[np.ndarray, " segment"], last: Int[np.ndarray, " segment"], *, samples: int, goals: int
+        self,
+        first: Int[np.ndarray, " segment"],
+        last: Int[np.ndarray, " segment"],
+        *,
+        samples: int,
+        goals: int,
     ) -> None:
         bounds = np.clip(np.stack([first, last]), 0, samples)
         self._cuts, where = np.unique(bounds, return_inverse=True)

@@ -44,9 +44,7 @@ from ppinfer.studies.structure_checks import (
 _BLOCK_SAMPLES = 500_000
 
 
-def validate_log(
-    log: xr.Dataset | str | os.PathLike[str], *, progress: ProgressCallback = silent
-) -> Report:
+def validate_log(log: xr.Dataset | str | os.PathLike[str], *, progress: ProgressCallback = silent) -> Report:
     """Find everything that is wrong with a study log.
 
     A log on disk is read once, in blocks of whole trials, and its content is compared with its digest; of a

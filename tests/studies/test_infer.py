@@ -190,7 +190,7 @@ def test_nothing_is_written_on_failure(log_path, tmp_path):
     broken = xr.load_dataset(log_path)
     broken["time"].values[3] = broken["time"].values[2]
     write_log(broken, tmp_path / "broken.nc", validate=False)
-    with pytest.raises(LogError, match="trial '0': sample 3: column 'time'.*run 'ppinfer validate"):
+    with pytest.raises(LogError, match=r"trial '0': sample 3: column 'time'.*run 'ppinfer validate"):
         infer_posterior(tmp_path / "broken.nc", tmp_path / "post.nc", GoalLQR())
     assert not list(tmp_path.glob("*post*"))
 

@@ -112,9 +112,7 @@ def test_absent_true_goals_are_those_that_looking_at_every_sample_finds(data):
         true_goal=np.array(["cup", "pan"])[goal].tolist(),
     )
     begin = np.cumsum(sizes) - sizes
-    missing = [
-        not present[begin[i] + start[i] : begin[i] + stop[i], goal[i]].all() for i in range(n_trials)
-    ]
+    missing = [not present[begin[i] + start[i] : begin[i] + stop[i], goal[i]].all() for i in range(n_trials)]
     with mock.patch("ppinfer.studies.validation._BLOCK_SAMPLES", data.draw(st.integers(1, 8))):
         assert sum(validate_log(log).fault_counts.values()) == sum(missing)
 
@@ -211,9 +209,7 @@ def test_every_step_to_and_from_a_displaced_sample_is_counted_however_many_there
         displaced.sum()
     ).reshape(-1, 1)
     log = build_log(agents=["human"], row_size=[2000], time=np.arange(2000) / 10, position=position)
-    assert validate_log(log).warning_counts == {
-        "implausible-jump": (displaced[1:] | displaced[:-1]).sum()
-    }
+    assert validate_log(log).warning_counts == {"implausible-jump": (displaced[1:] | displaced[:-1]).sum()}
 
 
 def test_the_step_between_two_trials_is_no_jump():

@@ -73,9 +73,7 @@ class _Game:
         return int(self.arrays["xh"].shape[0])
 
 
-def read_reaching_study(
-    folder: str | os.PathLike[str], *, progress: ProgressCallback = silent
-) -> xr.Dataset:
+def read_reaching_study(folder: str | os.PathLike[str], *, progress: ProgressCallback = silent) -> xr.Dataset:
     """Read the reaching study's folder.
 
     It holds ``trials/user<ID>_<robot>_<n>.npz``, ``segments.csv`` and ``trials.csv``. A game is a trial with

@@ -7,8 +7,9 @@ robot or file. Compiled kernels are imported when they are first used.
 from ppinfer.distributions.axis import Axis, Label
 from ppinfer.distributions.distribution import Distribution
 from ppinfer.distributions.factor import Factor
-from ppinfer.distributions.filtering import filter_states, forward_filter, smooth, smooth_states
+from ppinfer.distributions.filtering import forward_filter, smooth
 from ppinfer.distributions.ragged import Ragged
+from ppinfer.distributions.state_filtering import filter_states, smooth_states
 
 __all__ = [
     "Axis",

@@ -12,7 +12,9 @@ from jaxtyping import Float
 
 from ppinfer.distributions import expectations, faces
 from ppinfer.distributions.axis import Axis, Label, first_cell
-from ppinfer.distributions.factor import Factor, _checked_logs
+from ppinfer.distributions.checks import checked_logs
+from ppinfer.distributions.factor import Factor
+from ppinfer.distributions.kinds import axes_apart, chained, kinds_of, moving_axes, random_positions
 from ppinfer.distributions.layout import Axes, Kind, Kinds, check_axes, positions_of
 from ppinfer.distributions.logspace import Array, log_normalise, log_sum_exp
 from ppinfer.errors import AxisError, FactorError, ImpossibleEvidenceError
@@ -68,8 +70,8 @@ class Distribution(Factor):
         self, axes: Sequence[Axis], log_values: Any, *, given: Iterable[str] = (), batch: Iterable[str] = ()
     ) -> None:
         super().__init__(axes, log_values)
-        self._kinds = _kinds(self._axes, given, batch)
-        self._over = _random_positions(self._kinds)
+        self._kinds = kinds_of(self._axes, given, batch)
+        self._over = random_positions(self._kinds)
         self._log_values = _summing_to_one(self._axes, self._log_values, self._kinds, self._over)
 
     @staticmethod
@@ -80,13 +82,13 @@ class Distribution(Factor):
         new._axes = axes
         new._log_values = log_values
         new._kinds = kinds
-        new._over = _random_positions(kinds)
+        new._over = random_positions(kinds)
         return new
 
     @staticmethod
     def _normalised(axes: Axes, log_values: Array, kinds: Kinds) -> Distribution:
         """Make values sum to one over the random axes, or name the cell that has no support."""
-        values, dead = log_normalise(log_values, _random_positions(kinds))
+        values, dead = log_normalise(log_values, random_positions(kinds))
         if dead is not None:
             random = ", ".join(axis.name for axis, kind in zip(axes, kinds, strict=True) if kind == "random")
             cells = np.squeeze(dead, axis=tuple(i for i, kind in enumerate(kinds) if kind == "random"))
@@ -109,7 +111,7 @@ class Distribution(Factor):
                [0.5, 0.5]])
         """
         checked = check_axes(axes)
-        kinds = _kinds(checked, given, batch)
+        kinds = kinds_of(checked, given, batch)
         cells = math.prod(len(axis) for axis, kind in zip(checked, kinds, strict=True) if kind == "random")
         shape = tuple(len(axis) for axis in checked)
         return cls._sound(checked, np.full(shape, -math.log(cells)), kinds)
@@ -126,7 +128,7 @@ class Distribution(Factor):
         {'goal': 'bowl'}
         """
         checked = check_axes(axes)
-        return cls(checked, _checked_logs(checked, probabilities), given=given, batch=batch)
+        return cls(checked, checked_logs(checked, probabilities), given=given, batch=batch)
 
     @classmethod
     def from_xarray(
@@ -191,7 +193,7 @@ class Distribution(Factor):
         product = super().__mul__(other)
         if not isinstance(other, Distribution):
             return product
-        kinds = _chained(self, other)
+        kinds = chained(self, other)
         if kinds is None:
             return product
         return Distribution._sound(
@@ -542,57 +544,10 @@ class Distribution(Factor):
         return (Distribution._sound, (self._axes, self._log_values, self._kinds))
 
 
-def moving_axes(transition: Distribution, state: Distribution) -> list[str]:
-    """Return the axes ``a`` of a state for which a transition is random in ``next_a`` and given ``a``.
-
-    Raises
-    ------
-    AxisError
-        If the transition is of another shape; the message says which names are expected.
-    """
-    moved = []
-    for name in transition.random:
-        before = name.removeprefix("next_")
-        if before == name or before not in transition.conditions or before not in state.random:
-            raise AxisError(
-                f"{transition!r} is no transition of {state!r}: it must be random in 'next_<axis>' and given "
-                f"'<axis>', for random axes of the state ({', '.join(state.random)}), not {name!r}"
-            )
-        if transition.axis(name).rename(before) != transition.axis(before):
-            raise AxisError(
-                f"axes {name!r} and {before!r} of a transition must carry the same labels: {transition!r}"
-            )
-        moved.append(before)
-    return moved
-
-
 def plain(values: Any) -> Numbers:
     """Return a float for a scalar, and an array as it is."""
     array = np.asarray(values)
     return float(array) if array.ndim == 0 else array
-
-
-def axes_apart(axes: Axes, kinds: Kinds) -> Axes:
-    """Return the axes that are not random."""
-    return tuple(axis for axis, kind in zip(axes, kinds, strict=True) if kind != "random")
-
-
-def _random_positions(kinds: Kinds) -> tuple[int, ...] | None:
-    """Return the dimensions that are random; None for all of them, which NumPy reduces over much faster."""
-    over = tuple(position for position, kind in enumerate(kinds) if kind == "random")
-    return None if len(over) == len(kinds) else over
-
-
-def _kinds(axes: Axes, given: Iterable[str], batch: Iterable[str]) -> Kinds:
-    conditions = (given,) if isinstance(given, str) else tuple(given)
-    copies = (batch,) if isinstance(batch, str) else tuple(batch)
-    positions_of(axes, (*conditions, *copies))
-    kinds: Kinds = tuple(
-        "given" if axis.name in conditions else "batch" if axis.name in copies else "random" for axis in axes
-    )
-    if "random" not in kinds:
-        raise AxisError("a distribution needs at least one random axis, over which it sums to one")
-    return kinds
 
 
 def _summing_to_one(axes: Axes, log_values: Array, kinds: Kinds, over: tuple[int, ...] | None) -> Array:
@@ -610,20 +565,6 @@ def _summing_to_one(axes: Axes, log_values: Array, kinds: Kinds, over: tuple[int
     values, _ = log_normalise(log_values, over)
     values.setflags(write=False)
     return values
-
-
-def _chained(left: Distribution, right: Distribution) -> dict[str, Kind] | None:
-    """Return the kind of each axis of a product that the chain rule makes a distribution, else None."""
-    mine, theirs = set(left.random), set(right.random)
-    if mine & theirs:
-        return None
-    if mine & set(right.names) and theirs & set(left.names):
-        return None  # each is conditioned on what the other draws
-    # what one draws and the other is conditioned on is drawn jointly; a condition of either is one of both
-    kinds: dict[str, Kind] = dict.fromkeys((*left.batch, *right.batch), "batch")
-    kinds |= dict.fromkeys((*left.conditions, *right.conditions), "given")
-    kinds |= dict.fromkeys((*left.random, *right.random), "random")
-    return kinds
 
 
 __all__ = ["Distribution"]

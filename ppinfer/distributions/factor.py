@@ -12,8 +12,9 @@ from jaxtyping import Float
 
 from ppinfer.distributions import faces
 from ppinfer.distributions.axis import Axis, Label, check_same, first_cell
+from ppinfer.distributions.checks import check_power, checked_logs, checked_mask, checked_values
 from ppinfer.distributions.layout import Axes, Kinds, check_axes, joined, laid_out, positions_of
-from ppinfer.distributions.logspace import Array, log_indicator, log_of, log_sum_exp
+from ppinfer.distributions.logspace import Array, log_indicator, log_sum_exp
 from ppinfer.errors import AxisError, FactorError
 
 if TYPE_CHECKING:
@@ -25,6 +26,9 @@ class Factor:
 
     Frozen: the array is read-only and every operation returns a new factor. Axes align by name and must carry
     equal labels, in the same order; anything else is an error that names both sides.
+
+    Products and quotients add and subtract log values without looking at each sum, for speed: where log values beyond
+    about 1e308 add up, NumPy warns of the overflow, and normalising refuses the result. Powers look, and refuse.
 
     Parameters
     ----------
@@ -63,7 +67,7 @@ class Factor:
 
     def __init__(self, axes: Sequence[Axis], log_values: Any) -> None:
         self._axes = check_axes(axes)
-        self._log_values = _checked_values(self._axes, log_values)
+        self._log_values = checked_values(self._axes, log_values)
 
     @staticmethod
     def _trusted(axes: Axes, log_values: Array) -> Factor:
@@ -83,7 +87,7 @@ class Factor:
         >>> Factor.from_values([Axis("goal", ["cup", "bowl"])], [0.0, 2.0]).log_values.tolist()
         [-inf, 0.6931471805599453]
         """
-        return Factor(axes, _checked_logs(check_axes(axes), values))
+        return Factor(axes, checked_logs(check_axes(axes), values))
 
     @classmethod
     def from_mask(cls, axes: Sequence[Axis], mask: Any) -> Factor:
@@ -94,7 +98,7 @@ class Factor:
         >>> Factor.from_mask([Axis("goal", ["cup", "bowl"])], [True, False]).values
         array([1., 0.])
         """
-        return Factor(axes, log_indicator(_checked_mask(check_axes(axes), mask)))
+        return Factor(axes, log_indicator(checked_mask(check_axes(axes), mask)))
 
     @classmethod
     def from_xarray(cls, array: xr.DataArray) -> Factor:
@@ -180,7 +184,12 @@ class Factor:
             zero = self._log_values == -math.inf
             if zero.any():
                 raise FactorError(f"0 ** {power} is undefined, at {first_cell(self._axes, zero)}")
-        return Factor._trusted(self._axes, np.asarray(self._log_values * power))
+        if abs(power) <= 1.0:
+            return Factor._trusted(self._axes, np.asarray(self._log_values * power))
+        with np.errstate(over="ignore"):
+            result = np.asarray(self._log_values * power)
+        check_power(self._axes, self._log_values, result, power)
+        return Factor._trusted(self._axes, result)
 
     def sum(self, *names: str) -> Factor:
         """Sum over the named axes (all, if none is named).
@@ -279,7 +288,7 @@ class Factor:
                 )
             axes, left, right = self._meet(mask)
             return Factor._trusted(axes, np.asarray(left + right))
-        keep = _checked_mask(self._axes, mask)
+        keep = checked_mask(self._axes, mask)
         return Factor._trusted(self._axes, np.where(keep, self._log_values, -math.inf))
 
     def align(self, *axes: Axis | str) -> Factor:
@@ -426,53 +435,3 @@ class Factor:
 
 def _rebuilt(axes: Axes, log_values: Array) -> Factor:
     return Factor._trusted(axes, log_values)
-
-
-def _checked_shape(axes: Axes, array: np.ndarray, what: str) -> None:
-    shape = tuple(len(axis) for axis in axes)
-    if array.shape != shape:
-        names = ", ".join(f"{axis.name} {len(axis)}" for axis in axes) or "none"
-        raise FactorError(f"{what} have shape {array.shape}, but the axes ({names}) call for {shape}")
-
-
-def _numbers(array: Any, what: str) -> Array:
-    try:
-        return np.array(array, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise FactorError(f"{what} must be real numbers on a rectangular grid: {error}") from None
-
-
-def _checked_values(axes: Axes, log_values: Any) -> Array:
-    """Return a read-only copy of log values, or name the cell that is NaN or +inf."""
-    array = _numbers(log_values, "log values")
-    _checked_shape(axes, array, "log values")
-    wrong = ~(array < math.inf)
-    if wrong.any():
-        value = array[wrong][0]
-        raise FactorError(
-            f"log value is {value} at {first_cell(axes, wrong)}; log values are finite, or -inf for zero"
-        )
-    array.setflags(write=False)
-    return array
-
-
-def _checked_logs(axes: Axes, values: Any) -> Array:
-    """Return logarithms of non-negative finite numbers, or name the cell that is not one."""
-    array = _numbers(values, "values")
-    _checked_shape(axes, array, "values")
-    wrong = ~((array >= 0.0) & (array < math.inf))
-    if wrong.any():
-        raise FactorError(
-            f"value is {array[wrong][0]} at {first_cell(axes, wrong)}; values are finite and at least 0"
-        )
-    return log_of(array)
-
-
-def _checked_mask(axes: Axes, mask: Any) -> np.ndarray:
-    array = np.asarray(mask)
-    if array.dtype != np.bool_:
-        raise FactorError(
-            f"a mask must be an array of bool, not of {array.dtype}; write for example `values > 0`"
-        )
-    _checked_shape(axes, array, "the mask's values")
-    return array

@@ -22,12 +22,11 @@ from ppinfer.testing.laws import (
     check_chain_rule,
     check_ignorance,
     check_normalisation,
-    check_online_equals_offline,
     check_order_of_evidence,
     check_relabelling,
     check_scale,
-    check_smoother,
 )
+from ppinfer.testing.laws_over_time import check_online_equals_offline, check_smoother
 
 if TYPE_CHECKING:
     from ppinfer.testing.evidence_strategies import goal_evidences

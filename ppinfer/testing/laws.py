@@ -12,19 +12,15 @@ import math
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
-from ppinfer.distributions import Axis, Distribution, Factor, filter_states, smooth_states
-from ppinfer.distributions.axis import Label, cell_name
-from ppinfer.errors import ImpossibleEvidenceError
+from ppinfer.distributions import Axis, Distribution, Factor
+from ppinfer.distributions.axis import Label
+from ppinfer.testing.agreement import TOLERANCE, agree, at_cell, attempt, magnitude_of
 
 Update: TypeAlias = Callable[[Distribution, Factor], Distribution]
-Offline: TypeAlias = Callable[..., Distribution]
-
-TOLERANCE = 1e-13
-"""Relative to the largest log value that went in (at least 1): a few units of its last digit."""
 
 
 def check_normalisation(distribution: Distribution, *, tolerance: float = 1e-12) -> None:
@@ -45,13 +41,13 @@ def check_normalisation(distribution: Distribution, *, tolerance: float = 1e-12)
     values = np.exp(distribution.log_values)
     for index in np.argwhere(~(distribution.log_values < math.inf)):
         raise AssertionError(
-            f"normalisation: {distribution!r} holds {values[tuple(index)]} at {_at(axes, index)}"
+            f"normalisation: {distribution!r} holds {values[tuple(index)]} at {at_cell(axes, index)}"
         )
     over = tuple(i for i, axis in enumerate(axes) if axis.name in distribution.random)
     rest = [axis for axis in axes if axis.name not in distribution.random]
     sums = values.sum(axis=over)
     for index in np.argwhere(~(np.abs(sums - 1.0) <= tolerance)):
-        cell = f" at {_at(rest, index)}" if rest else ""
+        cell = f" at {at_cell(rest, index)}" if rest else ""
         raise AssertionError(
             f"normalisation: {distribution!r} sums to {sums[tuple(index)]!r}{cell}, not 1 within {tolerance}"
         )
@@ -95,11 +91,11 @@ def check_order_of_evidence(
     whole = likelihoods[0]
     for likelihood in likelihoods[1:]:
         whole = whole * likelihood
-    magnitude = _magnitude(prior, *likelihoods)
+    magnitude = magnitude_of(prior, *likelihoods)
     answers = {
-        "in the order given": _attempt(lambda: one_by_one(likelihoods)),
-        "in reverse": _attempt(lambda: one_by_one(likelihoods[::-1])),
-        "by the product": _attempt(lambda: update(prior, whole)),
+        "in the order given": attempt(lambda: one_by_one(likelihoods)),
+        "in reverse": attempt(lambda: one_by_one(likelihoods[::-1])),
+        "by the product": attempt(lambda: update(prior, whole)),
     }
     reference = answers.pop("by the product")
     for how, answer in answers.items():
@@ -109,7 +105,7 @@ def check_order_of_evidence(
                 f"but possible {'by the product' if answer is None else how}"
             )
         if answer is not None and reference is not None:
-            _agree(
+            agree(
                 f"order of evidence: updates {how} (left) and by the product",
                 answer,
                 reference,
@@ -145,11 +141,11 @@ def check_ignorance(
     axes = [axis for axis in prior.axes if axis.name in prior.random]
     for constant in constants:
         flat = Factor(axes, np.full([len(axis) for axis in axes], constant))
-        _agree(
+        agree(
             f"ignorance: the posterior after a constant log likelihood of {constant} (left) and the prior",
             update(prior, flat),
             prior,
-            max(_magnitude(prior), abs(constant)),
+            max(magnitude_of(prior), abs(constant)),
             tolerance,
         )
 
@@ -170,12 +166,12 @@ def check_chain_rule(joint: Distribution, *names: str, tolerance: float = TOLERA
     --------
     >>> check_chain_rule(Distribution.uniform(Axis("x", 2), Axis("y", 3)), "y")
     """
-    magnitude = _magnitude(joint)
+    magnitude = magnitude_of(joint)
     marginal = joint.marginal(*names)
     check_normalisation(marginal)
     summed = joint.sum(*(name for name in joint.random if name not in names))
-    _agree("chain rule: the marginal (left) and the sum of the joint", marginal, summed, magnitude, tolerance)
-    conditional = _attempt(lambda: joint.given(*names))
+    agree("chain rule: the marginal (left) and the sum of the joint", marginal, summed, magnitude, tolerance)
+    conditional = attempt(lambda: joint.given(*names))
     if conditional is None:
         if not (marginal.log_values == -math.inf).any():
             raise AssertionError(
@@ -183,7 +179,7 @@ def check_chain_rule(joint: Distribution, *names: str, tolerance: float = TOLERA
             )
         return
     check_normalisation(conditional)
-    _agree(
+    agree(
         "chain rule: marginal times conditional (left) and the joint",
         marginal * conditional,
         joint,
@@ -191,7 +187,7 @@ def check_chain_rule(joint: Distribution, *names: str, tolerance: float = TOLERA
         tolerance,
     )
     labels = {name: joint.axis(name).labels[-1] for name in names}
-    _agree(
+    agree(
         f"chain rule: given({labels}) (left) and the conditional there",
         joint.given(**labels),
         conditional.given(**labels),
@@ -230,17 +226,17 @@ def check_relabelling(
     ...     Distribution.update, "goal", ["mug", "cup", "bowl"], Distribution.uniform(goal), likelihood
     ... )
     """
-    answer = _attempt(lambda: operation(*factors))
-    relabelled = _attempt(lambda: operation(*(_relabelled(factor, axis, labels) for factor in factors)))
+    answer = attempt(lambda: operation(*factors))
+    relabelled = attempt(lambda: operation(*(_relabelled(factor, axis, labels) for factor in factors)))
     if answer is None or relabelled is None:
         if answer is not relabelled:
             raise AssertionError(f"relabelling: impossible in one order of the labels of {axis!r} only")
         return
-    _agree(
+    agree(
         f"relabelling: the answer for {axis!r} relabelled (left) and the answer, relabelled",
         relabelled,
         answer.restrict(**{axis: labels}),
-        _magnitude(*factors),
+        magnitude_of(*factors),
         tolerance,
     )
 
@@ -268,9 +264,9 @@ def check_batch_equals_loop(
     >>> check_batch_equals_loop(Distribution.update, "trial", Distribution.uniform(goal), likelihood)
     """
     batch = next(f.axis(axis) for f in factors if axis in f.names)
-    answer = _attempt(lambda: operation(*factors))
+    answer = attempt(lambda: operation(*factors))
     rows = [[_at_label(factor, axis, label) for factor in factors] for label in batch.labels]
-    singles = [_attempt(partial(operation, *row)) for row in rows]
+    singles = [attempt(partial(operation, *row)) for row in rows]
     if answer is None:
         if all(single is not None for single in singles):
             raise AssertionError(f"batch = loop: refused as a batch over {axis!r}, but not in the loop")
@@ -280,11 +276,11 @@ def check_batch_equals_loop(
             raise AssertionError(
                 f"batch = loop: impossible at {axis}={label!r} in the loop, but not in the batch"
             )
-        _agree(
+        agree(
             f"batch = loop: the batch at {axis}={label!r} (left) and the loop",
             answer.restrict(**{axis: label}),
             single,
-            _magnitude(*factors),
+            magnitude_of(*factors),
             tolerance,
         )
 
@@ -324,113 +320,6 @@ def check_scale(axis: Axis, *, update: Update = Distribution.update) -> None:
             )
 
 
-def check_online_equals_offline(
-    prior: Distribution,
-    transition: Distribution | None,
-    likelihood: Factor,
-    *,
-    time: str = "sample",
-    offline: Offline = filter_states,
-    tolerance: float = TOLERANCE,
-) -> None:
-    """Check that filtering step by step, as a robot would, equals the offline posterior.
-
-    Parameters
-    ----------
-    prior, transition, likelihood, time
-        As `ppinfer.distributions.filter_states` takes them.
-    offline : callable
-        The filter that is checked, called like `filter_states`.
-    tolerance : float
-        Relative to the largest log value that went in.
-
-    Examples
-    --------
-    >>> goal, sample = Axis("goal", 2), Axis("sample", 3)
-    >>> likelihood = Factor([sample, goal], [[0.0, -1.0], [-2.0, 0.0], [-1e6, 0.0]])
-    >>> check_online_equals_offline(Distribution.uniform(goal), None, likelihood)
-    """
-    whole = _attempt(lambda: offline(prior, transition, likelihood, time=time))
-    magnitude = _magnitude(prior, likelihood) * len(likelihood.axis(time))
-    state: Distribution | None = prior
-    for step, label in enumerate(likelihood.axis(time).labels):
-        arrow = transition if step else None
-        state = _attempt(partial(_step, state, arrow, likelihood.restrict(**{time: label})))
-        if state is None:
-            break
-        if whole is None:
-            continue
-        _agree(
-            f"online = offline: offline at {time}={label!r} (left) and online",
-            whole.given(**{time: label}),
-            state,
-            magnitude,
-            tolerance,
-        )
-    if (state is None) != (whole is None):
-        one, other = ("online", "offline") if state is None else ("offline", "online")
-        raise AssertionError(f"online = offline: the evidence is impossible {one} but possible {other}")
-
-
-def check_smoother(
-    prior: Distribution,
-    transition: Distribution,
-    likelihood: Factor,
-    *,
-    time: str = "sample",
-    offline: Offline = smooth_states,
-    tolerance: float = TOLERANCE,
-) -> None:
-    """Check the smoothed posterior against the sum over every path of the state, one by one.
-
-    Parameters
-    ----------
-    prior : Distribution
-        Over one axis, without batches.
-    transition, likelihood, time
-        As `ppinfer.distributions.smooth_states` takes them; keep labels ** instants below 1e5.
-    offline : callable
-        The smoother that is checked, called like `smooth_states`.
-    tolerance : float
-        Relative to the largest log value that went in.
-
-    Examples
-    --------
-    >>> goal, sample = Axis("goal", 2), Axis("sample", 3)
-    >>> stay = Factor.from_values([goal, goal.rename("next_goal")], [[9, 1], [1, 9]]).normalize("next_goal")
-    >>> likelihood = Factor([sample, goal], [[0.0, -1.0], [-2.0, 0.0], [-1e6, 0.0]])
-    >>> check_smoother(Distribution.uniform(goal), stay, likelihood)
-    """
-    (axis,), instants = prior.axes, likelihood.axis(time)
-    if len(axis) ** len(instants) > 100_000:
-        raise ValueError(f"{len(axis)} ** {len(instants)} paths are too many to sum over one by one")
-    log_l = likelihood.align(time, axis.name).log_values
-    log_t = transition.align(axis.name, f"next_{axis.name}").log_values
-    paths = np.array(list(product(range(len(axis)), repeat=len(instants))))
-    weights = prior.log_values[paths[:, 0]] + log_l[np.arange(len(instants)), paths].sum(axis=1)
-    weights = weights + log_t[paths[:, :-1], paths[:, 1:]].sum(axis=1)
-    answer = _attempt(lambda: offline(prior, transition, likelihood, time=time))
-    if weights.max() == -math.inf or answer is None:
-        if answer is not None or weights.max() > -math.inf:
-            raise AssertionError("smoother: refused though a path is possible, or not refused though none is")
-        return
-    table = np.full((len(instants), len(axis)), -math.inf)
-    for t, k in product(range(len(instants)), range(len(axis))):
-        table[t, k] = np.logaddexp.reduce(weights[paths[:, t] == k] - weights.max(), initial=-math.inf)
-    _agree(
-        "smoother: smoothed (left) and the sum over all paths",
-        answer,
-        Factor([instants, axis], table).normalize(axis.name),
-        _magnitude(prior, likelihood, transition) * len(instants),
-        tolerance,
-    )
-
-
-def _step(state: Distribution | None, transition: Distribution | None, likelihood: Factor) -> Distribution:
-    assert state is not None
-    return (state if transition is None else state.predict(transition)).update(likelihood)
-
-
 def _relabelled(factor: Factor, axis: str, labels: Sequence[Label]) -> Factor:
     """Reorder the labels of a factor that has the axis, keeping a distribution one."""
     if axis not in factor.names:
@@ -444,36 +333,3 @@ def _relabelled(factor: Factor, axis: str, labels: Sequence[Label]) -> Factor:
 def _at_label(factor: Factor, axis: str, label: Label) -> Factor:
     """Pick one label of a factor that has the axis."""
     return factor.restrict(**{axis: label}) if axis in factor.names else factor
-
-
-def _attempt(answer: Callable[[], Any]) -> Any:
-    """Return an answer, or None where the evidence is refused as impossible."""
-    try:
-        return answer()
-    except ImpossibleEvidenceError:
-        return None
-
-
-def _magnitude(*factors: Factor) -> float:
-    """Return the largest finite log value, at least 1: it sets the last digit that sums can keep."""
-    finite = [np.abs(f.log_values[np.isfinite(f.log_values)]) for f in factors]
-    return max([1.0, *(float(values.max()) for values in finite if values.size)])
-
-
-def _agree(what: str, left: Factor, right: Factor, magnitude: float, tolerance: float) -> None:
-    """Compare log values, -inf exactly, and name the first cell where they differ."""
-    if set(left.axes) != set(right.axes):
-        raise AssertionError(f"{what} have different axes: {left!r}; {right!r}")
-    mine, theirs = left.log_values, right.align(*left.names).log_values
-    with np.errstate(invalid="ignore"):
-        close = (mine == theirs) | (np.abs(mine - theirs) <= tolerance * magnitude)
-    for index in np.argwhere(~close):
-        cell = tuple(index)
-        raise AssertionError(
-            f"{what} differ at {_at(left.axes, index)}: log values {float(mine[cell])!r} "
-            f"and {float(theirs[cell])!r} (allowed: {tolerance * magnitude:.3g})"
-        )
-
-
-def _at(axes: Sequence[Axis], index: Any) -> str:
-    return cell_name(axes, [int(i) for i in index])

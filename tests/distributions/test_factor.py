@@ -299,3 +299,21 @@ def test_html_is_small_escaped_and_elides_the_middle_of_long_axes():
 def test_reprs_say_the_axes_and_their_lengths():
     assert repr(Factor([GOAL, TRIAL], np.zeros((3, 2)))) == "Factor f(goal, trial): goal 3, trial 2"
     assert repr(Factor([], 0.0)) == "Factor f(): a scalar"
+
+
+@pytest.mark.parametrize("exponent", [1e10, -1e10])
+@pytest.mark.parametrize("value", [1e300, -1e300])
+def test_a_power_that_leaves_the_range_of_floats_names_the_cell(exponent, value):
+    factor = Factor([Axis("goal", ["cup", "bowl", "mug"])], [-math.inf if exponent > 0 else 0.0, 1.0, value])
+    with pytest.raises(FactorError, match="goal='mug'"):
+        factor**exponent
+    assert ((factor**0.5 if exponent > 0 else factor**-1.0).log_values < math.inf).all()
+
+
+def test_a_product_that_leaves_the_range_of_floats_warns_and_is_never_normalised():
+    goal = Axis("goal", ["cup", "bowl"])
+    factor = Factor([goal], [0.0, 1e308])
+    with pytest.warns(RuntimeWarning, match="overflow"):
+        product = factor * factor
+    with pytest.raises(ImpossibleEvidenceError, match="infinite"):
+        product.normalize("goal")

@@ -19,6 +19,8 @@ class OneLineParser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Print what is wrong with the arguments and where help is, then exit with status 2."""
+        if message.startswith("the following arguments are required"):
+            message += "; flags that take several values take all that follow, so put files first"
         self.exit(2, f"{self.prog}: {message} (see '{self.prog} --help')\n")
 
 

@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ppinfer.cli.argument_types import whole_number
 from ppinfer.cli.selection_options import add_selection_arguments, add_share_argument
 
 if TYPE_CHECKING:
@@ -46,7 +47,9 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser.add_argument(
         "--resamples", type=int, default=10_000, metavar="R", help="resamples (default: 10000)"
     )
-    parser.add_argument("--seed", type=int, default=0, metavar="S", help="seed of the resamples (default: 0)")
+    parser.add_argument(
+        "--seed", type=whole_number, default=0, metavar="S", help="seed of the resamples (default: 0)"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
     parser.set_defaults(run=run)
 

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ppinfer.cli.argument_types import whole_number
 from ppinfer.cli.model_options import add_set_argument, model_from_options, parse_settings
-from ppinfer.cli.selection_options import add_selection_arguments, add_share_argument
+from ppinfer.cli.selection_options import (
+    add_participant_arguments,
+    add_segment_arguments,
+    add_share_argument,
+)
 
 if TYPE_CHECKING:
     from ppinfer.studies.fit import StudyFit
@@ -61,14 +67,22 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     )
     parser.add_argument(
         "--folds",
-        type=int,
+        type=whole_number,
         metavar="K",
-        help="groups of participants left out in turn; 0 for no cross-validation",
+        help="groups of participants left out in turn (default: one each, at most 20); 0 or 1 for no cross-validation",
     )
-    add_share_argument(parser)
-    add_selection_arguments(parser)
+    add_participant_arguments(parser.add_argument_group("whom to fit to"))
+    scored = parser.add_argument_group(
+        "which segments of participants left out are scored (all are fitted to)"
+    )
+    add_share_argument(scored)
+    add_segment_arguments(scored)
     parser.add_argument(
-        "--seed", type=int, default=0, metavar="S", help="deals participants into groups (default: 0)"
+        "--seed",
+        type=whole_number,
+        default=0,
+        metavar="S",
+        help="deals participants into groups (default: 0)",
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of tables")
     parser.set_defaults(run=run)
@@ -78,12 +92,14 @@ def run(args: argparse.Namespace) -> int:
     """Fit, write the model, and print what it predicts of people left out."""
     from ppinfer.cli.output import print_json
     from ppinfer.cli.progress import progress_bar
+    from ppinfer.cli.targets import check_output
     from ppinfer.goals.configuration import check_target, write_model
     from ppinfer.studies import read_log
     from ppinfer.studies.checksums import file_sha256
     from ppinfer.studies.fit import fit_study
 
     model = model_from_options(args.model, args.settings)
+    check_output(args.output, suffix=".toml", inputs=[args.log])
     check_target(args.output)
     log = read_log(args.log)
     with progress_bar(f"fitting {model.name}") as progress:
@@ -104,6 +120,12 @@ def run(args: argparse.Namespace) -> int:
             progress=progress,
         )
     write_model(fitted.fit.model, args.output, _notes(fitted, args, file_sha256(args.log)))
+    for name in fitted.fit.at_bound:
+        print(
+            f"ppinfer fit: warning: {name} ended at the bound of the search; the data do not determine it (is another "
+            "parameter fixed in the wrong unit?)",
+            file=sys.stderr,
+        )
     if args.json:
         print_json(as_json(fitted, args.output))
     else:
@@ -123,6 +145,7 @@ def as_json(fitted: StudyFit, output: str) -> dict[str, Any]:
         "objective": fit.objective,
         "value": fit.value,
         "converged": fit.converged,
+        "at_bound": list(fit.at_bound),
         "participants": len(fitted.participants),
         "segments": fitted.segments,
         "samples": fitted.samples,
@@ -162,12 +185,13 @@ def print_fit(fitted: StudyFit, output: str) -> None:
     if fitted.folds:
         print_table(
             f"participants left out, in {len(fitted.folds)} folds (± standard error over participants)",
-            ("seen", "accuracy", "mean log posterior"),
+            ("seen", "accuracy", "mean log posterior", "segments"),
             [
                 (
                     f"{score.at:.4g}",
                     f"{score.accuracy:.3f} ± {score.accuracy_se:.3f}",
                     f"{score.mean_log_posterior:.3f} ± {score.mean_log_posterior_se:.3f}",
+                    str(score.segments),
                 )
                 for score in fitted.held_out
             ],

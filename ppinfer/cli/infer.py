@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ppinfer.cli.argument_types import whole_number
 from ppinfer.cli.model_options import add_set_argument, model_from_options
 
 if TYPE_CHECKING:
@@ -65,7 +66,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         "--carry", action="store_true", help="carry the belief over such a change, goal by goal"
     )
     parser.add_argument(
-        "--seed", type=int, default=0, metavar="S", help="recorded with the result (default: 0)"
+        "--seed", type=whole_number, default=0, metavar="S", help="recorded with the result (default: 0)"
     )
     parser.add_argument("--json", action="store_true", help="print one JSON object instead of a table")
     parser.set_defaults(run=run)
@@ -75,8 +76,10 @@ def run(args: argparse.Namespace) -> int:
     """Infer, write, and print what a person wants to see first."""
     from ppinfer.cli.output import print_json
     from ppinfer.cli.progress import progress_bar
+    from ppinfer.cli.targets import check_output
     from ppinfer.studies.infer import infer_posterior
 
+    check_output(args.output, suffix=".nc", inputs=[args.log])
     model = model_from_options(args.model, args.settings)
     with progress_bar("inferring goals") as progress:
         done = infer_posterior(

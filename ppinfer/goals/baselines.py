@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from ppinfer.distributions import Factor
 from ppinfer.goals.evidence import GoalEvidence
-from ppinfer.goals.model import GoalDesign, GoalModel, require_range
+from ppinfer.goals.model import LARGEST, GoalDesign, GoalModel, require_range
 from ppinfer.goals.motion import previous_seen
 
 
@@ -51,7 +51,7 @@ class NearestGoal(GoalModel):
     scale: float = 5.0
 
     def __post_init__(self) -> None:
-        require_range("scale", self.scale, 0.0, 1e300, open_low=True)
+        require_range("scale", self.scale, 0.0, LARGEST, open_low=True)
 
     def log_likelihood(self, evidence: GoalEvidence) -> Factor:
         """Return the log density of each position under each goal."""
@@ -114,7 +114,7 @@ class Heading(GoalModel):
     concentration: float = 2.0
 
     def __post_init__(self) -> None:
-        require_range("concentration", self.concentration, 0.0, 1e300)
+        require_range("concentration", self.concentration, 0.0, LARGEST)
 
     def log_likelihood(self, evidence: GoalEvidence) -> Factor:
         """Return the log density of the last step's direction under each goal; zero where there was no step."""

@@ -15,6 +15,7 @@ from ppinfer.errors import ModelError
 from ppinfer.goals.model import GoalModel
 
 MODEL_FORMAT_VERSION = 1
+_KINDS = {"str": "text", "int": "a whole number", "float": "a number"}
 
 
 def named_models() -> dict[str, type[GoalModel]]:
@@ -164,7 +165,7 @@ def _converted(model: str, key: str, value: Any, kind: type[GoalModel]) -> str |
     try:
         converted: str | int | float = TypeAdapter(types[wanted]).validate_python(value)
     except ValidationError as error:
-        raise ModelError(f"model {model!r}: {key} must be a {wanted}; got {value!r}") from error
+        raise ModelError(f"model {model!r}: {key} must be {_KINDS[str(wanted)]}; got {value!r}") from error
     return converted
 
 

@@ -64,6 +64,8 @@ _STARTS = {"stay": 0.95, "evidence_floor": 0.02}
 _CONTROL_WEIGHTS = np.geomspace(0.1, 1000.0, 9)
 _FIRST_STEP = 0.7
 _AS_GOOD = 1e-6
+# on the scales of the search; e^3 on the logarithmic one
+_NEAR_BOUND = 3.0
 _WORST = -745.0
 
 
@@ -108,6 +110,8 @@ class Fit:
         How often the objective was evaluated.
     converged : bool
         Whether the search stopped by its own tolerance.
+    at_bound : tuple of str
+        Parameters that ended at a bound of the search: the data do not say how much further they want to go.
     """
 
     model: GoalModel
@@ -115,6 +119,7 @@ class Fit:
     value: float
     evaluations: int
     converged: bool
+    at_bound: tuple[str, ...] = ()
 
 
 def fit_goals(
@@ -179,7 +184,7 @@ def fit_goals(
     free = _free_parameters(model, fixed)
     if not free:
         raise ModelError(
-            f"model {model.name!r} has nothing left to fit: free are {', '.join(model.fitted) or 'none'}"
+            f"model {model.name!r} has nothing left to fit: everything that can be fitted is held fixed"
         )
     from threadpoolctl import threadpool_limits
 
@@ -222,6 +227,11 @@ def _fit_predictive(model: GoalModel, data: LabelledEvidence, free: list[str]) -
     bounds = [scale.bounds for scale in scales]
     point, value, evaluations, converged = _climb(lambda x: predictive_score(at(x), data), start, bounds)
     fitted = at(point)
+    at_bound = tuple(
+        name
+        for name, x, (low, high) in zip(free, point, bounds, strict=True)
+        if name not in _PLAIN and min(x - low, high - x) < _NEAR_BOUND
+    )
     for name in [name for name in _PLAIN if name in free]:
         plain: GoalModel = dataclasses.replace(fitted, **{name: _PLAIN[name]})  # type: ignore[type-var]
         plain_value = predictive_score(plain, data)
@@ -230,7 +240,7 @@ def _fit_predictive(model: GoalModel, data: LabelledEvidence, free: list[str]) -
     if merged and isinstance(fitted, GoalLQR):
         beta, _ = _control_likelihood(fitted, data, fit_rationality=True)
         fitted = dataclasses.replace(fitted, rationality=beta, tempering=fitted.rationality / beta)
-    return Fit(fitted, "predictive", value, evaluations, converged)
+    return Fit(fitted, "predictive", value, evaluations, converged, at_bound)
 
 
 def _coarse_start(model: GoalModel, data: LabelledEvidence, free: list[str]) -> GoalModel:

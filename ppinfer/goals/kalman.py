@@ -16,6 +16,7 @@ from ppinfer.goals.dynamics import Dynamics
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.lqr import GoalLQR
 from ppinfer.goals.model import (
+    LARGEST,
     Assessment,
     GoalDesign,
     GoalModel,
@@ -96,7 +97,7 @@ class GoalKalman(GoalModel):
     def __post_init__(self) -> None:
         self._lqr()
         for name in ("measurement_noise", "initial_speed", "gate"):
-            require_range(name, getattr(self, name), 0.0, 1e300, open_low=True)
+            require_range(name, getattr(self, name), 0.0, LARGEST, open_low=True)
         if self.reacquire_after < 1:
             raise ModelError(f"reacquire_after must be at least 1; got {self.reacquire_after}")
 

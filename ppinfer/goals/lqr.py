@@ -15,6 +15,7 @@ from ppinfer.errors import ModelError
 from ppinfer.goals.dynamics import Dynamics
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.model import (
+    LARGEST,
     Assessment,
     GoalDesign,
     GoalModel,
@@ -94,9 +95,9 @@ class GoalLQR(GoalModel):
 
     def __post_init__(self) -> None:
         for name in ("control_weight", "state_weight", "rationality", "tempering"):
-            require_range(name, getattr(self, name), 0.0, 1e300, open_low=True)
+            require_range(name, getattr(self, name), 0.0, LARGEST, open_low=True)
         require_range("stay", self.stay, 0.0, 1.0)
-        require_range("evidence_floor", self.evidence_floor, 0.0, 1.0 - 1e-12)
+        require_range("evidence_floor", self.evidence_floor, 0.0, 1.0, open_high=True)
         if self.agent is None:
             Dynamics.named(self.dynamics, 1.0)
 

@@ -180,13 +180,19 @@ class GoalModel(ABC):
         return WindowedLikelihood(self, dt)
 
 
-def require_range(name: str, value: float, low: float, high: float, *, open_low: bool = False) -> None:
-    """Raise ModelError unless `value` lies in [low, high], or in (low, high] with `open_low`.
+# products of a few parameters and squared positions must stay numbers
+LARGEST = 1e30
+
+
+def require_range(
+    name: str, value: float, low: float, high: float, *, open_low: bool = False, open_high: bool = False
+) -> None:
+    """Raise ModelError unless `value` lies in [low, high], or in an interval open at an end.
 
     Examples
     --------
     >>> require_range("stay", 0.98, 0.0, 1.0)
     """
-    if not (low < value if open_low else low <= value) or not value <= high:
-        bracket = "(" if open_low else "["
-        raise ModelError(f"{name} must lie in {bracket}{low:g}, {high:g}]; got {value!r}")
+    if not (low < value if open_low else low <= value) or not (value < high if open_high else value <= high):
+        brackets = "(" if open_low else "[", ")" if open_high else "]"
+        raise ModelError(f"{name} must lie in {brackets[0]}{low:g}, {high:g}{brackets[1]}; got {value!r}")

@@ -61,6 +61,8 @@ def test_a_log_without_known_goals_is_inferred_all_the_same(tmp_path, capsys):
         (("--set", "stay=0.9", "stay=0.8"), "gives 'stay' twice"),
         (("--set", "stay=2"), "stay must lie in"),
         (("--agent", "dog"), "no agent 'dog'; it has 'human'"),
+        (("--set", "evidence_floor=1"), "evidence_floor must lie in [0, 1); got 1.0"),
+        (("--set", "rationality=1e300"), "rationality must lie in (0, 1e+30]"),
     ],
 )
 def test_what_cannot_be_done_is_one_line_and_writes_nothing(log, tmp_path, capsys, arguments, message):
@@ -70,6 +72,47 @@ def test_what_cannot_be_done_is_one_line_and_writes_nothing(log, tmp_path, capsy
     assert shown.err.count("\n") == 1
     assert shown.out == ""
     assert [path.name for path in tmp_path.iterdir()] == ["log.nc"]
+
+
+def test_what_is_read_is_never_written_over(log, tmp_path, capsys):
+    before = log.read_bytes()
+    assert run_one("infer", log, "-o", log) == 1
+    assert "is both read and written" in capsys.readouterr().err
+    assert run_one("infer", log, "-o", tmp_path / "notes.txt") == 1
+    assert "the output is a .nc file" in capsys.readouterr().err
+    assert run_one("fit", log, "-o", log, "--model", "nearest") == 1
+    assert "the output is a .toml file" in capsys.readouterr().err
+    assert log.read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["log.nc"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("infer", "LOG", "-o", "p.nc", "--seed", "-1"), "expected a whole number, 0 or more; got '-1'"),
+        (("fit", "LOG", "-o", "m.toml", "--folds", "-1"), "expected a whole number, 0 or more; got '-1'"),
+        (("fit", "LOG", "-o", "m.toml", "--at", "1.5"), "expected a share above 0 and at most 1; got '1.5'"),
+        (
+            ("fit", "LOG", "-o", "m.toml", "--min-distance", "nan"),
+            "expected a distance, 0 or more; got 'nan'",
+        ),
+        (("infer", "-o", "p.nc", "--set", "a=1", "LOG"), "put files first"),
+    ],
+)
+def test_wrong_arguments_are_one_line_and_status_two(arguments, message, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        run_one(*arguments)
+    assert stopped.value.code == 2
+    shown = capsys.readouterr().err
+    assert message in shown
+    assert shown.count("\n") == 1
+
+
+def test_many_outliers_are_warned_of(tmp_path, capsys):
+    write_log(example_log(participants=1, trials=2, positions_only=True), tmp_path / "log.nc")
+    arguments = ("--model", "goal-kalman", "--set", "measurement_noise=1e-9", "rationality=1e9")
+    assert run_one("infer", tmp_path / "log.nc", "-o", tmp_path / "post.nc", *arguments) == 0
+    assert "were set aside as outliers; is measurement_noise" in capsys.readouterr().err
 
 
 def test_a_file_that_is_no_log_is_named(tmp_path, capsys):

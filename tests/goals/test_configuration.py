@@ -27,13 +27,13 @@ def test_text_becomes_numbers():
     [
         ("goal-lqrr", {}, "unknown model 'goal-lqrr'.*did you mean 'goal-lqr'"),
         ("goal-lqr", {"rationalty": 1}, "no parameter 'rationalty'.*did you mean 'rationality'"),
-        ("goal-lqr", {"rationality": "high"}, "rationality must be a float; got 'high'"),
+        ("goal-lqr", {"rationality": "high"}, "rationality must be a number; got 'high'"),
         ("goal-lqr", {"rationality": "-1"}, "rationality must lie in"),
         ("goal-lqr", {"rationality": "nan"}, "rationality must lie in"),
         ("goal-lqr", {"stay": 1.5}, r"stay must lie in \[0, 1\]"),
         ("goal-lqr", {"agent": "me"}, "no parameter 'agent'"),
         ("goal-lqr", {"dynamics": "triple"}, "unknown dynamics 'triple'"),
-        ("goal-kalman", {"reacquire_after": "2.5"}, "reacquire_after must be a int"),
+        ("goal-kalman", {"reacquire_after": "2.5"}, "reacquire_after must be a whole number"),
     ],
 )
 def test_what_does_not_fit_is_refused_with_what_would(name, parameters, message):

@@ -124,6 +124,18 @@ def test_the_counter_example_is_small_and_shown():
     assert "observed=array([False])" in shown
 
 
+class Childless(Broken):
+    """Has no generative twin."""
+
+    def simulate(self, design, rng):
+        raise NotImplementedError
+
+
+def test_a_missing_twin_is_told_how_to_be_left_out():
+    with pytest.raises(AssertionError, match="twin=False"):
+        check_likelihood(Childless(), examples=1)
+
+
 def test_evidence_that_is_weighed_twice_is_caught_by_the_generative_twin():
     check_likelihood(OversureOfItself(), twin=False, examples=10)
     with pytest.raises(AssertionError, match="do not describe the same agent"):

@@ -41,6 +41,14 @@ def plot_posterior_over_time(posterior: xr.Dataset, trial: str | int, *, ax: Axe
     ------
     LogError
         If there is no such trial.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR
+    >>> from ppinfer.studies import infer_log
+    >>> from ppinfer.testing import example_log
+    >>> ax = plot_posterior_over_time(infer_log(example_log(), GoalLQR()), 0)
+    >>> ax.figure.savefig("posterior.png")
     """
     return draw_posterior_over_time(read_trial(posterior, trial), ax=ax)
 

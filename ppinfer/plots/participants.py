@@ -37,6 +37,15 @@ def plot_participants(
     -------
     matplotlib.axes.Axes
         The axes drawn on.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR
+    >>> from ppinfer.studies import infer_log, score_posterior
+    >>> from ppinfer.testing import example_log
+    >>> scores = score_posterior(infer_log(example_log(), GoalLQR()), at=[0.5])
+    >>> ax = plot_participants(scores.by_participant)
+    >>> ax.figure.savefig("participants.png")
     """
     ranked = sorted(scores, key=lambda each: (getattr(each, field), each.participant))
     if ax is None:

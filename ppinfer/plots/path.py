@@ -43,6 +43,14 @@ def plot_path(posterior: xr.Dataset, trial: str | int, *, ax: Axes | None = None
     ------
     LogError
         If there is no such trial, or positions have one coordinate only.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR
+    >>> from ppinfer.studies import infer_log
+    >>> from ppinfer.testing import example_log
+    >>> ax = plot_path(infer_log(example_log(), GoalLQR()), 0)
+    >>> ax.figure.savefig("path.png")
     """
     return draw_path(read_trial(posterior, trial), ax=ax, space=tuple(map(str, posterior["space"].values)))
 

@@ -35,6 +35,14 @@ def plot_reliability(
     -------
     matplotlib.axes.Axes
         The axes drawn on.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR
+    >>> from ppinfer.studies import calibrate_posterior, infer_log
+    >>> from ppinfer.testing import example_log
+    >>> ax = plot_reliability(calibrate_posterior(infer_log(example_log(), GoalLQR())).top_label)
+    >>> ax.figure.savefig("reliability.png")
     """
     ax = ax if ax is not None else new_axes(4.2, 4)
     edges = reliability.edges

@@ -45,6 +45,15 @@ def plot_score_over_share(
     -------
     matplotlib.axes.Axes
         The axes drawn on.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR
+    >>> from ppinfer.studies import infer_log, score_posterior
+    >>> from ppinfer.testing import example_log
+    >>> scores = score_posterior(infer_log(example_log(), GoalLQR()), at=[0.25, 0.5, 0.75])
+    >>> ax = plot_score_over_share(scores.overall, chance=1 / 3)
+    >>> ax.figure.savefig("accuracy.png")
     """
     ax = ax if ax is not None else new_axes(4.2, 3.2)
     share = 100 * np.array([score.at for score in scores])

@@ -105,6 +105,15 @@ def write_report(
     LogError
         If the posterior cannot be read, a trial or participant is unknown, or the folder is a file or holds
         another page. Nothing is written then.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR
+    >>> from ppinfer.studies import infer_log, write_posterior
+    >>> from ppinfer.testing import example_log
+    >>> write_posterior(infer_log(example_log(), GoalLQR()), "post.nc")
+    >>> write_report("post.nc", "report").page.name
+    'index.html'
     """
     source, target = Path(path), Path(directory)
     refuse_foreign_folder(target)

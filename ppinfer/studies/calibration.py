@@ -141,6 +141,14 @@ def calibrate_posterior(
     ------
     LogError
         If no segment is left, or there are no bins.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR
+    >>> from ppinfer.studies import infer_log
+    >>> from ppinfer.testing import example_log
+    >>> calibrate_posterior(infer_log(example_log(), GoalLQR())).segments
+    12
     """
     if bins < 1:
         raise LogError(f"bins is {bins}; at least 1 is expected")

@@ -145,6 +145,17 @@ def compare_posteriors(
     LogError
         If the posteriors are not of the same agent and segments, saying which differ, or nothing is left to
         compare.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR, NearestGoal
+    >>> from ppinfer.studies import infer_log
+    >>> from ppinfer.testing import example_log
+    >>> log = example_log()
+    >>> both = {model.name: infer_log(log, model) for model in (NearestGoal(), GoalLQR())}
+    >>> found = compare_posteriors(both, at=[0.5], resamples=100)
+    >>> [(each.name, each.against) for each in found.differences]
+    [('goal-lqr', 'nearest')]
     """
     if len(posteriors) < 2:
         raise LogError(f"at least two posteriors are expected, got {len(posteriors)}")

@@ -205,6 +205,16 @@ def write_posterior(dataset: xr.Dataset, path: str | os.PathLike[str]) -> None:
     ------
     LogError
         If the dataset is not a sound posterior or cannot be written there.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalLQR
+    >>> from ppinfer.studies import infer_log
+    >>> from ppinfer.testing import example_log
+    >>> write_posterior(infer_log(example_log(), GoalLQR()), "post.nc")
+    >>> with open_posterior("post.nc", verify=True) as posterior:
+    ...     posterior.sizes["segment"]
+    12
     """
     check_posterior(dataset)
     where = cast(Literal["trial", "sample"], str(dataset["goal_position"].dims[0]))

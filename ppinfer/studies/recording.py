@@ -169,6 +169,14 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     ------
     FaultyLogError
         Listing each damaged line but the last, and each trial that does not fit the header.
+
+    Examples
+    --------
+    >>> trial = Trial("a", "p1", time=np.array([0.0, 0.1]), position=np.zeros((2, 1, 2)))
+    >>> with RecordingWriter("study.jsonl", RecordingHeader(agents=("human",))) as recording:
+    ...     recording.append(trial)
+    >>> [trial.trial_id for trial in load_recording("study.jsonl").trials]
+    ['a']
     """
     source = Path(path)
     try:
@@ -213,6 +221,14 @@ def read_recording(path: str | os.PathLike[str]) -> xr.Dataset:
         Listing the damaged lines.
     LogError
         If it is no recording, or holds no whole trial.
+
+    Examples
+    --------
+    >>> trial = Trial("a", "p1", time=np.array([0.0, 0.1]), position=np.zeros((2, 1, 2)))
+    >>> with RecordingWriter("game.jsonl", RecordingHeader(agents=("human",))) as recording:
+    ...     recording.append(trial)
+    >>> read_recording("game.jsonl").sizes["sample"]
+    2
     """
     recording = load_recording(path)
     if not recording.trials:

@@ -95,6 +95,14 @@ def open_log(path: str | os.PathLike[str], *, load: bool = False, verify: bool =
     ------
     LogError
         If it cannot be read, is not a study log, or its content does not match its digest.
+
+    Examples
+    --------
+    >>> from ppinfer.testing import example_log
+    >>> write_log(example_log(), "log.nc")
+    >>> with open_log("log.nc") as log:
+    ...     log.sizes["trial"]
+    12
     """
     source = Path(path)
     with told_as_log_error(source):
@@ -127,6 +135,13 @@ def read_log(path: str | os.PathLike[str]) -> xr.Dataset:
         If it is unsound; the exception's ``faults`` lists everything found.
     LogError
         If it cannot be read at all.
+
+    Examples
+    --------
+    >>> from ppinfer.testing import example_log
+    >>> write_log(example_log(), "whole.nc")
+    >>> read_log("whole.nc").sizes["sample"]
+    240
     """
     from ppinfer.studies.validation import validate_log
 

@@ -38,6 +38,7 @@ def check_online_equals_offline(
 
     Examples
     --------
+    >>> from ppinfer import Axis
     >>> goal, sample = Axis("goal", 2), Axis("sample", 3)
     >>> likelihood = Factor([sample, goal], [[0.0, -1.0], [-2.0, 0.0], [-1e6, 0.0]])
     >>> check_online_equals_offline(Distribution.uniform(goal), None, likelihood)
@@ -88,6 +89,7 @@ def check_smoother(
 
     Examples
     --------
+    >>> from ppinfer import Axis
     >>> goal, sample = Axis("goal", 2), Axis("sample", 3)
     >>> stay = Factor.from_values([goal, goal.rename("next_goal")], [[9, 1], [1, 9]]).normalize("next_goal")
     >>> likelihood = Factor([sample, goal], [[0.0, -1.0], [-2.0, 0.0], [-1e6, 0.0]])

@@ -30,6 +30,15 @@ def read_eth(source: str | os.PathLike[str]) -> xr.Dataset:
     FaultyLogError
         Listing the lines with a wrong number of cells, a cell that is no finite number, or a repeated person
         and frame.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> lines = [f"{frame} 1 {x} 0 0 0 0 0" for frame, x in ((0, 0.0), (6, 0.5), (12, 1.0))]
+    >>> _ = Path("obsmat.txt").write_text("\\n".join(lines))
+    >>> _ = Path("destinations.txt").write_text("5 0\\n-5 0")
+    >>> read_eth("obsmat.txt").time.values.round(9).tolist()
+    [0.0, 0.4, 0.8]
     """
     given = Path(source)
     observations = given / "obsmat.txt" if given.is_dir() else given

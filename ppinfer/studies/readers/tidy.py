@@ -38,6 +38,15 @@ def read_tidy(path: str | os.PathLike[str], mapping: str | os.PathLike[str]) -> 
     FaultyLogError
         Listing everything wrong with the mapping, or everything wrong with the table: each with line and
         column.
+
+    Examples
+    --------
+    >>> _ = Path("reaches.csv").write_text("game,who,t,px,py\\n1,p1,0.0,0,0\\n1,p1,0.1,0,1\\n")
+    >>> columns = 'trial = "game"\\nparticipant = "who"\\ntime = "t"\\nx = "px"\\ny = "py"\\n'
+    >>> units = '[units]\\ntime = "s"\\nposition = "m"\\n'
+    >>> _ = Path("reaches.toml").write_text(f'[columns]\\n{columns}[constants]\\nagent = "human"\\n{units}')
+    >>> read_tidy("reaches.csv", "reaches.toml").sizes["sample"]
+    2
     """
     from ppinfer.studies.readers.mapping import read_mapping
     from ppinfer.studies.readers.tables import read_table

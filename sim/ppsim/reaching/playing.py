@@ -102,6 +102,18 @@ def segments_of(played: Played, index: int, agent: str, radius: float) -> list[S
         Which agent, and its label.
     radius : float
         The pick radius (m).
+
+    Examples
+    --------
+    >>> x = np.linspace(0.0, 1.0, 5)
+    >>> position = np.stack([x, np.zeros(5)], axis=1)[:, None]
+    >>> played = Played(
+    ...     time=x, position=position, velocity=position, control=position, goals=np.tile([[[1.0, 0.0]]], (5, 1, 1)),
+    ...     drawn=np.zeros(5, np.int64), pursued=np.zeros((5, 1), np.int64), scored=np.zeros(5, bool),
+    ...     collided=np.zeros(5, bool), score=0,
+    ... )
+    >>> segments_of(played, 0, "human", radius=0.3)
+    [Segment(agent='human', start=0, stop=3, true_goal='0')]
     """
     pursued, drawn = played.pursued[:, index], played.drawn
     turns = np.flatnonzero((np.diff(pursued) != 0) | (np.diff(drawn) != 0)) + 1

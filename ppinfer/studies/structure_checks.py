@@ -162,7 +162,11 @@ def check_segments(log: xr.Dataset, faults: Faults) -> Bool[np.ndarray, " segmen
     def report(kind: str, column: str, wrong: Bool[np.ndarray, " segment"], say: str, remedy: str) -> None:
         def describe(index: int) -> Fault:
             told = say.format(
-                trial=trial[index], agent=agent[index], goal=goal[index], start=start[index], stop=stop[index]
+                trial=trial[index],
+                agent=str(agent[index]),
+                goal=str(goal[index]),
+                start=start[index],
+                stop=stop[index],
             )
             where = names[trial[index]] if known_trial[index] else None
             sample = int(start[index]) if known_trial[index] else None

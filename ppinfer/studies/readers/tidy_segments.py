@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Float, Int
 
 from ppinfer.studies.faults import Faults
 from ppinfer.studies.readers.mapping import Mapping, SegmentsFile, closest
@@ -130,21 +130,30 @@ def _from_file(
             whole = np.isnan(values) | (values == np.trunc(values))
             table.report(faults, "not-a-number", np.flatnonzero(~whole), name, "expected a whole number")
         edges.append(values)
+    backwards = edges[0] >= edges[1]
+    table.report(
+        faults,
+        "segment-range",
+        np.flatnonzero(backwards),
+        told.stop,
+        "a segment must stop after it starts",
+        "segments are half-open, [start, stop)",
+    )
     if faults.total > before:
         return none
     if told.by == "time":
-        start, stop = (
-            _samples_at(scaled(edge, "time", mapping.units.time), trial, samples) for edge in edges
-        )
+        times = [scaled(edge, "time", mapping.units.time) for edge in edges]
+        start, stop = (_samples_at(edge, trial, samples) for edge in times)
+        wrong = _leaves_trial(times[0], times[1], trial, samples) | (start >= stop)
     else:
         start, stop = (edge.astype(np.int64) for edge in edges)
-    wrong = (start < 0) | (stop > samples.row_size[trial]) | (start >= stop)
+        wrong = (start < 0) | (stop > samples.row_size[trial]) | (start >= stop)
     table.report(
         faults,
         "segment-range",
         np.flatnonzero(wrong),
         told.start,
-        "holds no sample of its trial",
+        "holds no sample of its trial, or leaves it",
         "segments are half-open, [start, stop), and lie within their trial",
     )
     return trial, [samples.agents[index] for index in agent.tolist()], start, stop, true_goal
@@ -162,6 +171,23 @@ def _indices(
         faults, f"unknown-{what}", np.flatnonzero(found < 0), column, f"there is no such {what} in the table"
     )
     return found
+
+
+def _leaves_trial(
+    start: Float[np.ndarray, " row"],
+    stop: Float[np.ndarray, " row"],
+    trial: Int[np.ndarray, " row"],
+    samples: Samples,
+) -> Bool[np.ndarray, " row"]:
+    """Return which segments begin before their trial or end more than one time step after its last sample."""
+    size = samples.row_size[trial]
+    first = samples.time[samples.offsets[trial]]
+    last = samples.time[samples.offsets[trial] + size - 1]
+    # of a trial of one sample the step is not known: anything goes that holds it
+    step = np.where(size > 1, (last - first) / np.maximum(size - 1, 1), np.inf)
+    slack = 1.001 * step
+    leaves: Bool[np.ndarray, " row"] = (start < first - slack) | (stop > last + slack)
+    return leaves
 
 
 def _samples_at(

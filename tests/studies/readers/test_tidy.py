@@ -189,6 +189,12 @@ true_goal = "goal"
         ("unknown-goal", "segments.csv", 3, "goal"),
         ("not-a-number", "segments.csv", 3, "from"),
     ]
+    for out_of_trial in ("1,100,99000,cup", "1,-300,200,cup", "1,200,100,cup"):
+        with pytest.raises(FaultyLogError) as caught:
+            read(table, mapping, segments=f"g,from,to,goal\n{out_of_trial}\n")
+        assert [place[:3] for place in places(caught)] == [("segment-range", "segments.csv", 2)]
+    # a stop that is one time step after the last sample is how a segment says that it holds that sample
+    assert read(table, mapping, segments="g,from,to,goal\n1,0,400,cup\n").segment_stop.values.tolist() == [4]
 
 
 @pytest.mark.parametrize(

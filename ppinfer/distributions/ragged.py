@@ -55,8 +55,7 @@ class Ragged:
 
     def _set(self, values: np.ndarray, row_size: np.ndarray) -> None:
         self._values, self._row_size = values, row_size
-        starts = np.zeros(len(row_size), dtype=np.int64)
-        np.cumsum(row_size[:-1], out=starts[1:])
+        starts = row_starts(row_size)
         starts.setflags(write=False)
         self._row_start = starts
 
@@ -112,7 +111,7 @@ class Ragged:
     @property
     def sample_in_row(self) -> Int[np.ndarray, "sample"]:
         """The position of each sample within its row."""
-        return np.arange(len(self._values)) - np.repeat(self._row_start, self._row_size)
+        return np.asarray(np.arange(len(self._values)) - np.repeat(self._row_start, self._row_size))
 
     def __len__(self) -> int:
         return len(self._row_size)
@@ -205,6 +204,28 @@ class Ragged:
         if not self._row_size.all():
             row = int(np.argmin(self._row_size))
             raise FactorError(f"row {row} is empty and has no {which} sample")
+
+
+def row_starts(row_size: Int[np.ndarray, "row"]) -> Int[np.ndarray, "row"]:
+    """Return the position of each row's first sample, for rows laid end to end.
+
+    Examples
+    --------
+    >>> row_starts(np.array([3, 0, 2]))
+    array([0, 3, 3])
+    """
+    return np.asarray(np.cumsum(row_size) - row_size)
+
+
+def expand(start: Int[np.ndarray, "piece"], size: Int[np.ndarray, "piece"]) -> Int[np.ndarray, "index"]:
+    """Return the indices ``start, start + 1, ...``, `size` of them, of one piece after another.
+
+    Examples
+    --------
+    >>> expand(np.array([10, 4]), np.array([3, 2]))
+    array([10, 11, 12,  4,  5])
+    """
+    return np.repeat(start - row_starts(size), size) + np.arange(int(size.sum()))
 
 
 def checked_row_size(row_size: Any) -> Int[np.ndarray, "row"]:

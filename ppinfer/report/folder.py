@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
 from ppinfer.errors import LogError
 from ppinfer.report.figures import ReportFigure
+from ppinfer.studies.replacing import temporary_beside
 
 GENERATOR = "ppinfer report"
 _MANIFEST = "ppinfer-report.json"
@@ -36,8 +35,7 @@ def write_folder(directory: Path, page: str, figures: Sequence[ReportFigure]) ->
     """
     refuse_foreign_folder(directory)
     directory.parent.mkdir(parents=True, exist_ok=True)
-    staged = directory.with_name(f".{directory.name}.{secrets.token_hex(6)}.part")
-    try:
+    with temporary_beside(directory) as staged:
         (staged / "figures").mkdir(parents=True)
         names = [figure.name for figure in figures]
         for figure in figures:
@@ -54,8 +52,6 @@ def write_folder(directory: Path, page: str, figures: Sequence[ReportFigure]) ->
         for name in (*names, _MANIFEST):
             os.replace(staged / "figures" / name, directory / "figures" / name)
         os.replace(staged / "index.html", directory / "index.html")
-    finally:
-        shutil.rmtree(staged, ignore_errors=True)
 
 
 def _earlier_figures(directory: Path) -> list[str]:

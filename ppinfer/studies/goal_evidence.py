@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float, Int, Shaped
 
+from ppinfer.distributions.ragged import row_starts
 from ppinfer.errors import LogError
 from ppinfer.goals import GoalEvidence
 
@@ -67,7 +68,7 @@ def goal_evidence(
             "the log holds no goals (goal_position), so there is nothing to infer; add them when converting"
         )
     row_size = log["row_size"].values
-    trial_start = np.cumsum(row_size) - row_size
+    trial_start = row_starts(row_size)
     samples = int(row_size.sum())
     goals, present = _goals_and_presence(log)
     begins = np.zeros(samples, dtype=bool)

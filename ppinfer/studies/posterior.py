@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Int, Shaped
 
+from ppinfer.distributions.ragged import row_starts
 from ppinfer.errors import LogError
 from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.posterior_layout import (
@@ -22,6 +23,7 @@ from ppinfer.studies.posterior_layout import (
 )
 from ppinfer.studies.posterior_writer import PosteriorWriter
 from ppinfer.studies.schema import DIGEST_ATTR
+from ppinfer.studies.storage import refuse_other_files, told_as_log_error
 
 __all__ = [
     "PosteriorWriter",
@@ -35,6 +37,7 @@ __all__ = [
 
 _BLOCK_SAMPLES = 1 << 18
 _NORMALISATION_TOLERANCE = 1e-6
+_REMEDY = "infer it anew with 'ppinfer infer'"
 
 
 def open_posterior(path: str | os.PathLike[str], *, load: bool = False, verify: bool = False) -> xr.Dataset:
@@ -66,31 +69,23 @@ def open_posterior(path: str | os.PathLike[str], *, load: bool = False, verify: 
     >>> open_posterior("nowhere.nc")
     Traceback (most recent call last):
         ...
-    ppinfer.errors.LogError: nowhere.nc: no such file
+    ppinfer.errors.LogError: nowhere.nc: there is no such file
     """
     where = Path(path)
-    if not where.exists():
-        raise LogError(f"{where}: no such file")
     if where.is_dir():
         raise LogError(
             f"{where}: is a directory; a posterior is one NetCDF file, as 'ppinfer infer' writes it"
         )
-    try:
+    with told_as_log_error(where, _REMEDY):
+        refuse_other_files(where)
         dataset = xr.open_dataset(where, engine="h5netcdf", **READ_OPTIONS)
-    except Exception as error:
-        raise LogError(
-            f"{where}: cannot be read as NetCDF4 ({_brief(error)}); a posterior file, as 'ppinfer infer' "
-            "writes it, is expected, and this one may be damaged or cut short"
-        ) from error
     try:
-        try:
+        with told_as_log_error(where, _REMEDY):
             if load:
                 dataset.load()
             check_posterior(dataset, name=str(where))
             if verify:
                 verify_posterior(dataset, name=str(where))
-        except OSError as error:
-            raise LogError(f"{where}: is damaged ({_brief(error)}); infer it anew") from error
     except BaseException:
         dataset.close()
         raise
@@ -263,9 +258,7 @@ def trial_starts(dataset: xr.Dataset) -> Int[np.ndarray, " trial"]:
     >>> trial_starts(xr.Dataset({"row_size": ("trial", np.array([3, 2]))}))
     array([0, 3])
     """
-    sizes: Int[np.ndarray, " trial"] = dataset["row_size"].values
-    starts: Int[np.ndarray, " trial"] = np.cumsum(sizes) - sizes
-    return starts
+    return row_starts(dataset["row_size"].values)
 
 
 def rows(
@@ -316,7 +309,3 @@ def _structure_faults(dataset: xr.Dataset) -> list[str]:
         if array.dtype.kind not in kinds and array.size:
             faults.append(f"{name} is of type {array.dtype}; {spec.dtype} expected")
     return faults
-
-
-def _brief(error: Exception) -> str:
-    return " ".join(str(error).split())[:160]

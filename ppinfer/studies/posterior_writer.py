@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import secrets
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
@@ -25,6 +24,7 @@ from ppinfer.studies.posterior_layout import (
     posterior_variables,
     segment_faults,
 )
+from ppinfer.studies.replacing import replacing
 from ppinfer.studies.schema import DIGEST_ATTR
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ class PosteriorWriter:
         self._digest = ContentDigest()
         self._next_sample = 0
         self._row_size: Int[np.ndarray, " trial"] | None = None
-        self._temporary = self.path.with_name(f".{self.path.name}.{secrets.token_hex(6)}.part")
+        self._place = contextlib.ExitStack()
         self._open: h5netcdf.File | None = None
 
     def __enter__(self) -> PosteriorWriter:
@@ -127,27 +127,30 @@ class PosteriorWriter:
             raise LogError(f"{self.path}: there is no directory {str(self.path.parent)!r}; make it first")
         if self.path.is_dir():
             raise LogError(f"{self.path}: is a directory; a posterior is one file")
-        self._open = h5netcdf.File(self._temporary, "w")
+        self._temporary = self._place.enter_context(replacing(self.path))
         try:
+            self._open = h5netcdf.File(self._temporary, "w")
             self._open.dimensions = {name: self._sizes[name] for name in ("sample", "goal", "space")}
             for name, labels in self._labels.items():
                 self._write_whole(name, labels)
-        except BaseException:
-            self._discard()
+        except BaseException as error:
+            self.__exit__(type(error), error, error.__traceback__)
             raise
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if kind is not None:
-            self._discard()
-            return
         try:
-            self._finish()
-        except BaseException:
-            self._discard()
+            if error is None:
+                self._finish()
+        except BaseException as late:
+            self._give_up()
+            self._place.__exit__(type(late), late, late.__traceback__)
             raise
+        self._give_up()
+        # the temporary file takes its place, or vanishes where there was an error
+        self._place.__exit__(kind, error, trace)
 
     def set_attrs(self, attrs: Mapping[str, AttrValue] | None = None, /, **more: AttrValue) -> None:
         """Set attributes of the file, at any time before it is finished (text or numbers)."""
@@ -352,7 +355,6 @@ class PosteriorWriter:
         self._file.close()
         self._open = None
         self._sign()
-        os.replace(self._temporary, self.path)
 
     def _sign(self) -> None:
         import h5netcdf
@@ -363,10 +365,9 @@ class PosteriorWriter:
         with h5netcdf.File(self._temporary, "a") as file:
             file.attrs[DIGEST_ATTR] = signature
 
-    def _discard(self) -> None:
+    def _give_up(self) -> None:
         if self._open is not None:
             # the file is given up: whatever closing it says must not hide the error that led here
             with contextlib.suppress(Exception):
                 self._open.close()
         self._open = None
-        self._temporary.unlink(missing_ok=True)

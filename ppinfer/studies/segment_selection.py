@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float, Int, Shaped
 
+from ppinfer.distributions.ragged import expand
 from ppinfer.errors import LogError
 from ppinfer.studies.posterior import rows, trial_starts
 
@@ -176,9 +177,7 @@ def segment_blocks(
     group = (ends - 1) // max_samples
     for members in np.split(order, np.flatnonzero(np.diff(group)) + 1) if len(order) else []:
         lengths = selection.length[members]
-        segment = np.repeat(members, lengths)
-        within = np.arange(len(segment)) - np.repeat(np.cumsum(lengths) - lengths, lengths)
-        yield segment, selection.first[segment] + within
+        yield np.repeat(members, lengths), expand(selection.first[members], lengths)
 
 
 def _wanted(

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,6 +13,7 @@ import xarray as xr
 
 from ppinfer.errors import LogError, PPInferError
 from ppinfer.studies.checksums import content_digest
+from ppinfer.studies.replacing import replacing
 from ppinfer.studies.schema import DIGEST_ATTR, FORMAT
 
 _CHUNK_BYTES = 1 << 19
@@ -66,7 +65,7 @@ def write_log(log: xr.Dataset, path: str | os.PathLike[str], *, validate: bool =
     plain = plain_text(log.drop_encoding())
     plain.attrs = {name: value for name, value in log.attrs.items() if name != DIGEST_ATTR}
     plain.attrs[DIGEST_ATTR] = content_digest(plain)
-    with replacing(target) as temporary:
+    with _told_as_write_error(target), replacing(target) as temporary:
         if suffix == ".nc":
             _write_netcdf(plain, temporary)
         else:
@@ -178,34 +177,13 @@ def check_target(target: Path) -> str:
 
 
 @contextmanager
-def replacing(target: Path) -> Iterator[Path]:
-    """Yield a temporary name beside ``target`` that takes its place on success and vanishes on failure."""
-    token = secrets.token_hex(6)
-    temporary = target.with_name(f".{target.name}.{token}.part")
+def _told_as_write_error(target: Path) -> Iterator[None]:
     try:
-        try:
-            yield temporary
-        except (OSError, ValueError, RuntimeError, TypeError) as error:
-            if isinstance(error, PPInferError):
-                raise
-            raise LogError(f"{target}: cannot be written: {_reason(error)}") from error
-        if target.is_dir():
-            # a folder cannot be replaced in one step: the old one steps aside and comes back if that fails
-            aside = target.with_name(f".{target.name}.{token}.old")
-            target.rename(aside)
-            try:
-                temporary.replace(target)
-            except BaseException:
-                aside.rename(target)
-                raise
-            shutil.rmtree(aside)
-        else:
-            os.replace(temporary, target)
-    finally:
-        if temporary.is_dir():
-            shutil.rmtree(temporary)
-        else:
-            temporary.unlink(missing_ok=True)
+        yield
+    except PPInferError:
+        raise
+    except (OSError, ValueError, RuntimeError, TypeError) as error:
+        raise LogError(f"{target}: cannot be written: {_reason(error)}") from error
 
 
 def plain_text(log: xr.Dataset) -> xr.Dataset:
@@ -330,8 +308,8 @@ def _verify(source: Path, log: xr.Dataset) -> None:
 
 
 @contextmanager
-def told_as_log_error(source: Path) -> Iterator[None]:
-    """Turn whatever goes wrong while a log is read into one `LogError` that names it."""
+def told_as_log_error(source: Path, remedy: str = "get it again from its source") -> Iterator[None]:
+    """Turn whatever goes wrong while a file is read into one `LogError` that names it and says what to do."""
     # a damaged HDF5 or Zarr store fails in as many ways as it has bytes; all of them mean the same to the
     # user
     try:
@@ -340,8 +318,7 @@ def told_as_log_error(source: Path) -> Iterator[None]:
         raise
     except Exception as error:
         raise LogError(
-            f"{source}: cannot be read: {_reason(error)}; the file is truncated or damaged: "
-            "get it again from its source"
+            f"{source}: cannot be read: {_reason(error)}; the file is truncated or damaged: {remedy}"
         ) from error
 
 

@@ -83,7 +83,7 @@ def test_bad_requests_are_one_line_and_status_1(post, capsys, argv, message):
 
 def test_a_missing_file_is_one_line(tmp_path, capsys):
     assert run_one("score", tmp_path / "none.nc") == 1
-    assert capsys.readouterr().err.endswith("none.nc: no such file\n")
+    assert capsys.readouterr().err.endswith("none.nc: there is no such file\n")
 
 
 @pytest.mark.parametrize("command", ["score", "compare", "report"])

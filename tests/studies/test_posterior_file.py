@@ -129,8 +129,8 @@ def test_a_large_configuration_survives(tmp_path):
     [
         (lambda path: None, "no such file"),
         (lambda path: path.mkdir(), "is a directory"),
-        (lambda path: path.write_text("a,b\n1,2\n"), "cannot be read as NetCDF4"),
-        (lambda path: path.write_bytes(b""), "cannot be read as NetCDF4"),
+        (lambda path: path.write_text("a,b\n1,2\n"), "is not a NetCDF4 file"),
+        (lambda path: path.write_bytes(b""), "the file is empty"),
         (lambda path: xr.Dataset().to_netcdf(path, engine="h5netcdf"), "is not a posterior file"),
         (lambda path: _study_log(path), "ppinfer_format is 'study-log'"),
     ],
@@ -156,7 +156,7 @@ def test_a_flipped_bit_in_the_samples_is_found(tmp_path):
     needle = posterior["log_posterior"].values[3].tobytes()
     content[content.index(needle)] ^= 1
     (tmp_path / "p.nc").write_bytes(content)
-    with pytest.raises(LogError, match="is damaged"):
+    with pytest.raises(LogError, match="truncated or damaged: infer it anew"):
         open_posterior(tmp_path / "p.nc", verify=True)
 
 

@@ -19,7 +19,7 @@ SECONDS_PER_ANNOTATION = 0.4
 
 
 def read_eth(source: str | os.PathLike[str]) -> xr.Dataset:
-    """Read one ETH/BIWI scene: a folder, or its ``obsmat.txt`` with ``destinations.txt`` beside it.
+    r"""Read one ETH/BIWI scene: a folder, or its ``obsmat.txt`` with ``destinations.txt`` beside it.
 
     A person is a trial of agent ``human`` with one segment, whose ``true_goal`` is the destination nearest to
     the last position. Time is frame x 0.4 s / (the usual step between a person's frames), so gaps keep their
@@ -35,8 +35,8 @@ def read_eth(source: str | os.PathLike[str]) -> xr.Dataset:
     --------
     >>> from pathlib import Path
     >>> lines = [f"{frame} 1 {x} 0 0 0 0 0" for frame, x in ((0, 0.0), (6, 0.5), (12, 1.0))]
-    >>> _ = Path("obsmat.txt").write_text("\\n".join(lines))
-    >>> _ = Path("destinations.txt").write_text("5 0\\n-5 0")
+    >>> _ = Path("obsmat.txt").write_text("\n".join(lines))
+    >>> _ = Path("destinations.txt").write_text("5 0\n-5 0")
     >>> read_eth("obsmat.txt").time.values.round(9).tolist()
     [0.0, 0.4, 0.8]
     """

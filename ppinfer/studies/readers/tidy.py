@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def read_tidy(path: str | os.PathLike[str], mapping: str | os.PathLike[str]) -> xr.Dataset:
-    """Read a CSV or Parquet table through a mapping of its columns.
+    r"""Read a CSV or Parquet table through a mapping of its columns.
 
     Trials may lie one after another or interleaved; within a trial (and agent) times must increase. See
     ``docs/log-format.md`` for the mapping.
@@ -41,10 +41,10 @@ def read_tidy(path: str | os.PathLike[str], mapping: str | os.PathLike[str]) -> 
 
     Examples
     --------
-    >>> _ = Path("reaches.csv").write_text("game,who,t,px,py\\n1,p1,0.0,0,0\\n1,p1,0.1,0,1\\n")
-    >>> columns = 'trial = "game"\\nparticipant = "who"\\ntime = "t"\\nx = "px"\\ny = "py"\\n'
-    >>> units = '[units]\\ntime = "s"\\nposition = "m"\\n'
-    >>> _ = Path("reaches.toml").write_text(f'[columns]\\n{columns}[constants]\\nagent = "human"\\n{units}')
+    >>> _ = Path("reaches.csv").write_text("game,who,t,px,py\n1,p1,0.0,0,0\n1,p1,0.1,0,1\n")
+    >>> columns = 'trial = "game"\nparticipant = "who"\ntime = "t"\nx = "px"\ny = "py"\n'
+    >>> units = '[units]\ntime = "s"\nposition = "m"\n'
+    >>> _ = Path("reaches.toml").write_text(f'[columns]\n{columns}[constants]\nagent = "human"\n{units}')
     >>> read_tidy("reaches.csv", "reaches.toml").sizes["sample"]
     2
     """

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
+from ppinfer.distributions.ragged import row_starts
 from ppinfer.studies.faults import Faults
 from ppinfer.studies.readers.mapping import Mapping, scale
 from ppinfer.studies.readers.tables import Table
@@ -40,8 +41,7 @@ class Samples:
     @property
     def offsets(self) -> Int[np.ndarray, " trial"]:
         """Where each trial begins."""
-        begins: Int[np.ndarray, " trial"] = np.cumsum(self.row_size) - self.row_size
-        return begins
+        return row_starts(self.row_size)
 
 
 def scaled(values: Float[np.ndarray, ...], quantity: str, unit: str | float) -> Float[np.ndarray, ...]:

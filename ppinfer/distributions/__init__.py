@@ -8,7 +8,7 @@ from ppinfer.distributions.axis import Axis, Label
 from ppinfer.distributions.distribution import Distribution
 from ppinfer.distributions.factor import Factor
 from ppinfer.distributions.filtering import forward_filter, smooth
-from ppinfer.distributions.ragged import Ragged
+from ppinfer.distributions.ragged import Ragged, expand, row_starts
 from ppinfer.distributions.state_filtering import filter_states, smooth_states
 
 __all__ = [
@@ -17,8 +17,10 @@ __all__ = [
     "Factor",
     "Label",
     "Ragged",
+    "expand",
     "filter_states",
     "forward_filter",
+    "row_starts",
     "smooth",
     "smooth_states",
 ]

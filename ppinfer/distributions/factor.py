@@ -421,6 +421,11 @@ class Factor:
 
     def _meet(self, other: Factor) -> tuple[Axes, Array, Array]:
         """Return the union of the axes and both arrays laid out on it."""
+        if not isinstance(other, Factor):
+            raise FactorError(
+                f"expected a Factor to go with {self!r}, got {type(other).__name__}; Factor(axes, log_values) or "
+                "Factor.from_values(axes, values) makes one"
+            )
         mine, theirs = self._axes, other._axes
         if mine is theirs:
             return mine, self._log_values, other._log_values

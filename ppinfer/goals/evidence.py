@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ppinfer.distributions import Axis, Factor
+from ppinfer.distributions import Axis, Factor, expand, row_starts
 from ppinfer.errors import ImpossibleEvidenceError, LogError
 
 # squares of positions must stay numbers
@@ -171,7 +171,7 @@ class GoalEvidence:
     @cached_property
     def row_start(self) -> Int[np.ndarray, " row"]:
         """Flat index of the first sample of each row."""
-        return np.concatenate([[0], np.cumsum(self.row_size)[:-1]]).astype(np.int64)
+        return row_starts(self.row_size)
 
     @cached_property
     def row_of_sample(self) -> Int[np.ndarray, " sample"]:
@@ -219,9 +219,8 @@ class GoalEvidence:
 
     def take_rows(self, rows: Int[np.ndarray, " taken"]) -> GoalEvidence:
         """Return the evidence of some rows, in the order given; none of them continues another."""
-        starts, sizes = self.row_start[rows], self.row_size[rows]
-        offsets = np.concatenate([[0], np.cumsum(sizes)[:-1]])
-        index = np.arange(int(sizes.sum())) - np.repeat(offsets - starts, sizes)
+        sizes = self.row_size[rows]
+        index = expand(self.row_start[rows], sizes)
         return replace(
             self,
             time=self.time[index],

@@ -9,7 +9,7 @@ from typing import ClassVar, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ppinfer.distributions import Factor
+from ppinfer.distributions import Factor, expand
 from ppinfer.errors import ModelError
 from ppinfer.goals.evidence import GoalEvidence
 
@@ -68,8 +68,7 @@ class GoalDesign:
     @property
     def time(self) -> Float[np.ndarray, " sample"]:
         """Seconds since the start of the row, for every sample."""
-        starts = np.repeat(np.cumsum(self.row_size) - self.row_size, self.row_size)
-        seconds: np.ndarray = (np.arange(int(self.row_size.sum())) - starts) * self.dt
+        seconds: np.ndarray = expand(np.zeros_like(self.row_size), self.row_size) * self.dt
         return seconds
 
     @property

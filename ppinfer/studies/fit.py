@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float, Int
 
+from ppinfer.distributions import expand, row_starts
 from ppinfer.errors import LogError
 from ppinfer.goals import GoalEvidence, GoalModel, infer_goals
 from ppinfer.goals.fitting import Fit, LabelledEvidence, Objective, fit_goals
@@ -117,7 +118,7 @@ def fit_study(
     chosen = _choose(log, participants, exclude)
     evidence = goal_evidence(log, whose, restart=restart, time_step=nominal_time_step(log))
     true_goal, weight, segment_count = _labels(log, whose, evidence)
-    trial_of_row = np.searchsorted(_trial_start(log), evidence.row_start, side="right") - 1
+    trial_of_row = np.searchsorted(row_starts(log["row_size"].values), evidence.row_start, side="right") - 1
     participant = log["participant"].values.astype(str)[trial_of_row]
     groups = _groups(chosen, len(chosen) if folds is None else folds, seed)
     total = 1 + len(groups)
@@ -186,8 +187,7 @@ def _labels(
         start = log["segment_start"].values[mine]
         size = stop - start
         goal = np.array([evidence.goal_labels.index(name) for name in named[mine].tolist()], dtype=np.int64)
-        first = _trial_start(log)[trial] + start
-        index = np.repeat(first - (np.cumsum(size) - size), size) + np.arange(int(size.sum()))
+        index = expand(row_starts(log["row_size"].values)[trial] + start, size)
         true_goal[index] = np.repeat(goal, size)
         weight[index] = np.repeat(1.0 / size, size)
         np.add.at(count, trial, 1)
@@ -223,12 +223,6 @@ def _groups(participants: Sequence[str], folds: int, seed: int) -> list[list[str
         return []
     dealt = np.random.default_rng(seed).permutation(len(participants))
     return [[participants[i] for i in sorted(dealt[group::count].tolist())] for group in range(count)]
-
-
-def _trial_start(log: xr.Dataset) -> Int[np.ndarray, " trial"]:
-    row_size = log["row_size"].values
-    start: np.ndarray = np.cumsum(row_size) - row_size
-    return start
 
 
 def _only_participants(posterior: xr.Dataset, chosen: Sequence[str]) -> xr.Dataset:

@@ -69,7 +69,6 @@ def test_an_impossible_true_goal_is_null_and_a_warning(tmp_path, capsys):
     ("argv", "message"),
     [
         (["--participants", "nobody"], "unknown participant 'nobody'; the posterior has 'p1', 'p2', 'p3'"),
-        (["--at", "2"], "shares of the path seen"),
         (["--min-samples", "999"], "no segment can be scored"),
     ],
 )

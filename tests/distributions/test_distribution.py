@@ -374,3 +374,10 @@ def test_a_single_draw_is_of_plain_labels():
     )
     assert draw == {"goal": "bowl", "trial": 1}
     assert type(draw["trial"]) is int
+
+
+@pytest.mark.parametrize("evidence", [[1.0, 2.0], np.ones(2), None])
+def test_evidence_that_is_no_factor_is_refused_with_how_to_make_one(evidence):
+    prior = Distribution.uniform(Axis("goal", ["cup", "bowl"]))
+    with pytest.raises((FactorError, TypeError), match=r"Factor|type"):
+        prior.update(evidence)

@@ -120,6 +120,11 @@ def run(args: argparse.Namespace) -> int:
             progress=progress,
         )
     write_model(fitted.fit.model, args.output, _notes(fitted, args, file_sha256(args.log)))
+    if not fitted.folds and args.folds != 0:
+        print(
+            "ppinfer fit: warning: there was no cross-validation: it takes two participants and two folds at least",
+            file=sys.stderr,
+        )
     for name in fitted.fit.at_bound:
         print(
             f"ppinfer fit: warning: {name} ended at the bound of the search; the data do not determine it (is another "

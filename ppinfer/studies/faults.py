@@ -51,9 +51,10 @@ class Fault:
     count: int = 1
 
     def __str__(self) -> str:
+        counted = "row" if (self.file or "").endswith((".parquet", ".pq")) else "line"
         where = [
             self.file,
-            None if self.line is None else f"line {self.line}",
+            None if self.line is None else f"{counted} {self.line}",
             None if self.trial is None else f"trial {self.trial!r}",
             None if self.sample is None else f"sample {self.sample}",
             None if self.column is None else f"column {self.column!r}",
@@ -159,10 +160,10 @@ class Report:
 
     @classmethod
     def of(cls, source: str, faults: Faults, warnings: Faults, sizes: dict[str, int] | None = None) -> Report:
-        """Close two collections into a report."""
+        """Close two collections into a report; damage comes first, since other faults may follow from it."""
         return cls(
             source,
-            tuple(faults.listed),
+            tuple(sorted(faults.listed, key=lambda fault: fault.kind != "checksum")),
             tuple(warnings.listed),
             dict(faults.counts),
             dict(warnings.counts),

@@ -189,6 +189,8 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     torn = lines.pop()
     if not lines:
         raise LogError(f"{source}: is not a recording: it has no whole line")
+    if not any(LINE_PREFIX.encode() in line for line in lines):
+        raise LogError(f"{source}: is not a recording: none of its lines begins with a checksum")
     header: RecordingHeader | None = None
     trials: list[Trial] = []
     for number, line in enumerate(lines, start=1):

@@ -310,7 +310,7 @@ class _Validation:
                 Fault(
                     "checksum",
                     f"the content does not match {DIGEST_ATTR}: the file is damaged or was edited",
-                    "get it again from its source",
+                    "get it again from its source; any other faults may follow from this one",
                     file=self.source,
                 )
             )

@@ -104,7 +104,7 @@ def test_a_failed_conversion_leaves_an_earlier_log_alone(table, capsys):
         (["nothing", "-o", "log.nc", "--from", "eth"], "nothing: there is no such file or folder"),
         (["reaches.csv", "-o", "log.txt", "--from", "eth"], "written as .nc"),
         (["reaches.csv", "-o", "log.nc", "--from", "reaching-study"], "has no trials"),
-        (["reaches.csv", "-o", "log.nc", "--from", "recording"], "line 1: does not begin with its checksum"),
+        (["reaches.csv", "-o", "log.nc", "--from", "recording"], "reaches.csv: is not a recording"),
     ],
 )
 def test_what_cannot_be_converted_is_said_in_a_line(table, capsys, monkeypatch, arguments, told):

@@ -85,6 +85,14 @@ def test_the_held_out_posterior_is_that_of_the_fold(log):
         assert any((held_out[rows] == prediction[rows]).all() for prediction in predictions)
 
 
+def test_a_fit_that_could_not_be_cross_validated_says_so(log, tmp_path, capsys):
+    for arguments in (("--folds", "1"), ("--participants", "p1")):
+        assert run_one("fit", log, "--model", "nearest", "-o", tmp_path / "m.toml", *arguments) == 0
+        assert "warning: there was no cross-validation" in capsys.readouterr().err
+    assert run_one("fit", log, "--model", "nearest", "-o", tmp_path / "m.toml", "--folds", "0") == 0
+    assert capsys.readouterr().err == ""
+
+
 def test_the_likelihood_objective_gives_the_plain_model(log, tmp_path, capsys):
     arguments = ("--objective", "likelihood", "--folds", "0")
     assert run_one("fit", log, "--model", "goal-lqr", "-o", tmp_path / "m.toml", *arguments) == 0

@@ -152,3 +152,9 @@ def test_a_recording_without_a_trial_is_no_log(tmp_path):
     with pytest.raises(LogError, match="no whole trial"):
         read_recording(tmp_path / "study.jsonl")
     assert not validate_file(tmp_path / "study.jsonl").ok
+
+
+def test_a_file_of_another_kind_is_called_no_recording(tmp_path):
+    (tmp_path / "table.csv").write_text("trial,x,y\n1,2,3\n")
+    with pytest.raises(LogError, match=r"table\.csv: is not a recording"):
+        read_recording(tmp_path / "table.csv")

@@ -7,7 +7,16 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from ppinfer.errors import LogError
-from ppinfer.studies import Fault, Faults, FaultyLogError, build_log, read_log, validate_log, write_log
+from ppinfer.studies import (
+    Fault,
+    Faults,
+    FaultyLogError,
+    Report,
+    build_log,
+    read_log,
+    validate_log,
+    write_log,
+)
 from ppinfer.studies.schema import VARIABLES
 
 from .logs import small_log
@@ -313,3 +322,16 @@ def test_validation_answers_when_a_dimension_is_empty(dimension, moving, tmp_pat
     assert report.ok == (dimension == "segment")
     write_log(log, tmp_path / "log.zarr", validate=False)
     assert validate_log(tmp_path / "log.zarr").fault_counts == report.fault_counts
+
+
+def test_faults_of_a_parquet_table_are_counted_by_row():
+    assert str(Fault("not-finite", "x is inf", file="a.parquet", line=3)).startswith("a.parquet: row 3: ")
+    assert str(Fault("not-finite", "x is inf", file="a.csv", line=3)).startswith("a.csv: line 3: ")
+
+
+def test_damage_is_told_before_what_may_follow_from_it():
+    faults = Faults([Fault("not-finite", "x is nan"), Fault("checksum", "does not match")])
+    assert [fault.kind for fault in Report.of("log.nc", faults, Faults()).faults] == [
+        "checksum",
+        "not-finite",
+    ]

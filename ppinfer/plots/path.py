@@ -23,7 +23,8 @@ def plot_path(posterior: xr.Dataset, trial: str | int, *, ax: Axes | None = None
     """Draw the path of a trial in the plane, each sample in the colour of the goal believed most.
 
     The paler a sample, the less certain the belief. Goals are diamonds; a ring marks those that were the
-    true goal of a segment. The path starts at the open circle.
+    true goal of a segment, and where goals move within the trial, the places that nobody went to are faint.
+    The path starts at the open circle.
 
     Parameters
     ----------
@@ -72,19 +73,26 @@ def draw_path(data: TrialData, *, space: tuple[str, ...] = ("x", "y"), ax: Axes 
     )
     if len(seen):
         ax.plot(*data.position[seen[0], :2], "o", mfc="white", mec=INK, ms=6, zorder=4)
+    true = np.array([data.goal_position[s.start, s.true_goal, :2] for s in data.segments if s.true_goal >= 0])
     for goal in data.shown_goals:
         places = np.unique(data.goal_position[:, goal, :2], axis=0)
         places = places[~np.isnan(places).any(axis=1)]
-        ax.scatter(
-            places[:, 0],
-            places[:, 1],
-            marker="D",
-            s=42,
-            color=goal_colour(goal),
-            edgecolors="white",
-            zorder=5,
-        )
-        for place in places[:_MAX_NAMED_PLACES]:
+        # where goals move within the trial, those that nobody went for stand back
+        matters = np.ones(len(places), dtype=bool)
+        if len(places) > 1 and len(true):
+            matters = (places[:, None] == true).all(axis=2).any(axis=1)
+        for of_note, alpha, size in ((matters, 1.0, 42), (~matters, 0.3, 24)):
+            ax.scatter(
+                places[of_note, 0],
+                places[of_note, 1],
+                marker="D",
+                s=size,
+                alpha=alpha,
+                color=goal_colour(goal),
+                edgecolors="white",
+                zorder=5,
+            )
+        for place in places[matters][:_MAX_NAMED_PLACES]:
             ax.annotate(
                 data.goals[goal],
                 tuple(place),
@@ -94,7 +102,6 @@ def draw_path(data: TrialData, *, space: tuple[str, ...] = ("x", "y"), ax: Axes 
                 color=INK,
                 parse_math=False,
             )
-    true = np.array([data.goal_position[s.start, s.true_goal, :2] for s in data.segments if s.true_goal >= 0])
     if len(true):
         ax.scatter(
             true[:, 0],

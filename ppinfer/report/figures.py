@@ -60,8 +60,8 @@ def trial_figure(posterior: xr.Dataset, trial: int, *, number: int, why: str) ->
     if planar:
         caption += (
             " Right: the path, each sample in the colour of the goal believed most, paler where the belief "
-            "is less certain; diamonds are all places the goals had, rings the goals reached, the open circle "
-            "the start."
+            "is less certain; diamonds are all places the goals had (faint where nobody went), rings the goals "
+            "reached, the open circle the start."
         )
     return ReportFigure(
         name=f"trial-{number}.png",

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppinfer.cli.argument_types import whole_number
-from ppinfer.cli.model_options import add_set_argument, model_from_options, parse_settings
+from ppinfer.cli.model_options import add_model_arguments, model_from_options, parse_settings
 from ppinfer.cli.selection_options import (
     add_participant_arguments,
     add_segment_arguments,
@@ -45,13 +45,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     )
     parser.add_argument("log", metavar="LOG", help="a study log with segments and their true goals")
     parser.add_argument("-o", "--output", metavar="MODEL.toml", required=True, help="the model to write")
-    parser.add_argument(
-        "--model",
-        default="goal-lqr",
-        metavar="MODEL",
-        help="a model's name or a MODEL.toml (default: goal-lqr)",
-    )
-    add_set_argument(parser)
+    add_model_arguments(parser)
     parser.add_argument(
         "--objective",
         choices=("predictive", "likelihood"),

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ppinfer.cli.argument_types import whole_number
-from ppinfer.cli.model_options import add_set_argument, model_from_options
+from ppinfer.cli.model_options import add_model_arguments, model_from_options
 
 if TYPE_CHECKING:
     from ppinfer.goals import GoalModel
@@ -41,13 +41,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         "log", metavar="LOG", help="a study log (.nc or .zarr), as 'ppinfer convert' writes it"
     )
     parser.add_argument("-o", "--output", metavar="POST.nc", required=True, help="the posterior to write")
-    parser.add_argument(
-        "--model",
-        default="goal-lqr",
-        metavar="MODEL",
-        help="a model's name or a MODEL.toml (default: goal-lqr)",
-    )
-    add_set_argument(parser)
+    add_model_arguments(parser)
     parser.add_argument("--agent", metavar="A", help="whose goals (default: human, or the only agent)")
     parser.add_argument(
         "--mode",

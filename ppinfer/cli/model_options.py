@@ -12,8 +12,14 @@ if TYPE_CHECKING:
     from ppinfer.goals import GoalModel
 
 
-def add_set_argument(parser: argparse.ArgumentParser) -> None:
-    """Add ``--set name=value ...``."""
+def add_model_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add ``--model MODEL`` and ``--set name=value ...``."""
+    parser.add_argument(
+        "--model",
+        default="goal-lqr",
+        metavar="MODEL",
+        help="a model's name or a MODEL.toml (default: goal-lqr)",
+    )
     parser.add_argument(
         "--set",
         nargs="+",

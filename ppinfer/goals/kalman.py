@@ -25,6 +25,7 @@ from ppinfer.goals.model import (
     require_range,
 )
 from ppinfer.goals.noisily_rational import NoisilyRational
+from ppinfer.goals.rollout import roll_out
 
 # however slow the agent, a gap in the log is bridged in at most so many steps
 MOST_STEPS = 100_000
@@ -160,30 +161,12 @@ class GoalKalman(GoalModel):
 
     def simulate(self, design: GoalDesign, rng: np.random.Generator) -> GoalEvidence:
         """Return noisy positions of the agent, its velocity at the start drawn with `initial_speed`."""
-        from ppinfer.goals.scans import roll_out
-
         agent = self.agent_at(design.dt, design.start.shape[1])
         dynamics = agent.dynamics
-        samples = int(design.row_size.sum())
         start = dynamics.goal_states(design.start)
         moving = list(dynamics.velocity_index)
         start[:, moving] = self.initial_speed * rng.standard_normal((len(start), len(moving)))
-        noise = (
-            rng.standard_normal((samples, dynamics.controls)) @ np.linalg.cholesky(agent.control_covariance).T
-        )
-        state, control = np.empty((samples, dynamics.states)), np.empty((samples, dynamics.controls))
-        roll_out(
-            start,
-            dynamics.goal_states(design.pursued),
-            design.row_size,
-            noise,
-            dynamics.A,
-            dynamics.B,
-            agent.K,
-            agent.goal_gain,
-            state,
-            control,
-        )
+        state, _ = roll_out(agent, start, design, rng)
         position = state[:, list(dynamics.position_index)]
         return GoalEvidence(
             time=design.time,

@@ -24,6 +24,7 @@ from ppinfer.goals.model import (
 )
 from ppinfer.goals.motion import Motion, causal_motion
 from ppinfer.goals.noisily_rational import NoisilyRational
+from ppinfer.goals.rollout import roll_out
 
 # samples of one pass over the cache: scores and weights of a few goals stay in the second-level cache
 BLOCK_SAMPLES = 4096
@@ -211,27 +212,9 @@ class GoalLQR(GoalModel):
 
         Tempering, stay and the evidence floor correct how evidence is weighed; they have no part in the simulation.
         """
-        from ppinfer.goals.scans import roll_out
-
         agent = self.agent_at(design.dt, design.start.shape[1])
         dynamics = agent.dynamics
-        samples = int(design.row_size.sum())
-        noise = (
-            rng.standard_normal((samples, dynamics.controls)) @ np.linalg.cholesky(agent.control_covariance).T
-        )
-        state, control = np.empty((samples, dynamics.states)), np.empty((samples, dynamics.controls))
-        roll_out(
-            dynamics.goal_states(design.start),
-            dynamics.goal_states(design.pursued),
-            design.row_size,
-            noise,
-            dynamics.A,
-            dynamics.B,
-            agent.K,
-            agent.goal_gain,
-            state,
-            control,
-        )
+        state, control = roll_out(agent, dynamics.goal_states(design.start), design, rng)
         velocity = state[:, list(dynamics.velocity_index)] if dynamics.velocity_index else None
         return GoalEvidence(
             time=design.time,

@@ -164,7 +164,7 @@ def difference_motion(
 
 
 @numba.njit(cache=True, nogil=True)
-def roll_out(
+def linear_motion(
     start: Float[np.ndarray, "row n"],
     goal: Float[np.ndarray, "row n"],
     row_size: Int[np.ndarray, " row"],

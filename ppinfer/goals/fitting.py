@@ -57,12 +57,11 @@ _SCALES = {
     "log": _Scale(1e-12, 1e12, math.log, math.exp),
     "logit": _Scale(1e-7, 1 - 1e-7, _logit, _expit),
 }
-# the plain model's value of a parameter whose search ends at a bound: taken where it predicts as well
-_PLAIN = {"stay": 1.0, "evidence_floor": 0.0}
 # where the search begins, and how far its first steps reach on each parameter's scale
 _STARTS = {"stay": 0.95, "evidence_floor": 0.02}
 _CONTROL_WEIGHTS = np.geomspace(0.1, 1000.0, 9)
 _FIRST_STEP = 0.7
+# the plain model without a floor is taken where it predicts as well as this
 _AS_GOOD = 1e-6
 # on the scales of the search; e^3 on the logarithmic one
 _NEAR_BOUND = 3.0
@@ -135,8 +134,9 @@ def fit_goals(
     posterior is scored by. The posterior depends on the product of rationality and tempering only, so for goal-lqr that
     product is fitted, together with the control weight, ``stay`` and the evidence floor; then rationality is set to its
     likelihood estimate at that control weight, and tempering to what remains. On people, whose residuals are correlated
-    from sample to sample, it is far from 1. Where one of the two is fixed, the other is fitted. ``stay`` and the floor
-    are set to the plain 1 and 0 where that predicts as well (to 1e-6).
+    from sample to sample, it is far from 1. Where one of the two is fixed, the other is fitted. ``stay`` is fitted as
+    if one more change of mind had been seen than was (log(1 - stay) / samples is added to the objective): people who
+    never changed theirs do not make a change impossible. The floor is set to 0 where that predicts as well.
 
     ``likelihood`` (goal-lqr only) maximises the likelihood (22) of the controls given the true goals; tempering is 1
     and there is no evidence floor.
@@ -225,15 +225,24 @@ def _fit_predictive(model: GoalModel, data: LabelledEvidence, free: list[str]) -
 
     start = np.array([scale.start(getattr(base, name)) for name, scale in zip(free, scales, strict=True)])
     bounds = [scale.bounds for scale in scales]
-    point, value, evaluations, converged = _climb(lambda x: predictive_score(at(x), data), start, bounds)
+    seen = int((data.weight > 0).sum())
+
+    def objective(point: Float[np.ndarray, " free"]) -> float:
+        model = at(point)
+        # as if one more change of mind had been seen: people of whom none was seen may change theirs tomorrow
+        caution = math.log1p(-model.stay) / seen if "stay" in free else 0.0
+        return predictive_score(model, data) + caution
+
+    point, _, evaluations, converged = _climb(objective, start, bounds)
     fitted = at(point)
+    value = predictive_score(fitted, data)
     at_bound = tuple(
         name
         for name, x, (low, high) in zip(free, point, bounds, strict=True)
-        if name not in _PLAIN and min(x - low, high - x) < _NEAR_BOUND
+        if name not in _STARTS and min(x - low, high - x) < _NEAR_BOUND
     )
-    for name in [name for name in _PLAIN if name in free]:
-        plain: GoalModel = dataclasses.replace(fitted, **{name: _PLAIN[name]})  # type: ignore[type-var]
+    if "evidence_floor" in free:
+        plain: GoalModel = dataclasses.replace(fitted, evidence_floor=0.0)  # type: ignore[type-var]
         plain_value = predictive_score(plain, data)
         if plain_value >= value - _AS_GOOD:
             fitted, value = plain, plain_value

@@ -1,6 +1,7 @@
 """``ppinfer fit``: a model that others can use, and how well it predicts people left out."""
 
 import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -65,6 +66,14 @@ def test_a_participant_left_out_has_no_say_in_the_fit_that_predicts_them(log):
     # of four folds, the one that leaves p3 out is the same to the last bit, and the three that see p3 are not
     same = [model for model, changed in zip(ours, theirs, strict=True) if model == changed]
     assert same == [fit_study(whole, GoalLQR(), fixed=fixed, exclude=["p3"], folds=0).fit.model]
+
+
+def test_people_who_never_changed_their_mind_do_not_make_a_change_impossible():
+    # of the participants of the shipped log, those that one of three folds is fitted to never changed theirs
+    shipped = read_log(Path(__file__).parents[2] / "data" / "reaching-small.nc")
+    fitted = fit_study(shipped, GoalLQR(), folds=3)
+    assert all(fold.model.stay < 1.0 for fold in fitted.folds)
+    assert min(score.mean_log_posterior for score in fitted.held_out) > -1.0
 
 
 def test_the_held_out_posterior_is_that_of_the_fold(log):

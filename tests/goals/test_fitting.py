@@ -44,7 +44,8 @@ def test_prediction_gives_back_both_and_finds_no_need_for_tempering(control_weig
 
 def test_prediction_of_goals_that_never_change_finds_that_they_stay():
     fit = fit_goals(GoalLQR(), labelled(GoalLQR(control_weight=5.0, rationality=0.02)))
-    assert fit.model.stay == 1.0
+    # nearly always, and not for certain: 8000 samples without a change do not rule one out
+    assert 0.998 < fit.model.stay < 1.0
     assert fit.model.evidence_floor < 0.01
 
 

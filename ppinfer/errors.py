@@ -47,3 +47,11 @@ class LogError(PPInferError, ValueError):
         ...
     ppinfer.errors.LogError: trials.csv: line 3: column 'x': expected a number, got 'abc'
     """
+
+
+class GameError(PPInferError, ValueError):
+    """A game whose players, plans and costs do not fit each other, or a question that it has no answer to."""
+
+
+class GameFileError(GameError):
+    """A game file that cannot be read; the message names file, line and column."""

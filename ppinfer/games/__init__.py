@@ -1,0 +1,17 @@
+"""Cost tables and their equilibria: games of N players, one or many at once.
+
+A profile is one plan for every player, a cell of the grid of plan axes; "is an equilibrium" is a factor of zeros and
+ones on that grid. This package knows no robot or file of a study. Compiled kernels are imported when they are first
+used.
+"""
+
+from ppinfer.games.equilibria import finite_profiles, pure_equilibria, regret, undominated
+from ppinfer.games.game import Game
+
+__all__ = [
+    "Game",
+    "finite_profiles",
+    "pure_equilibria",
+    "regret",
+    "undominated",
+]

@@ -18,6 +18,7 @@ from ppinfer.studies.readers.reaching_study import read_reaching_study
 from ppinfer.studies.readers.tidy import read_tidy
 from ppinfer.studies.recording import Recording, RecordingWriter, load_recording, read_recording
 from ppinfer.studies.recording_lines import RecordingHeader
+from ppinfer.studies.replans import Replan, ReplanTable
 from ppinfer.studies.scores import Scores, score_posterior
 from ppinfer.studies.storage import open_log, read_log, write_log
 from ppinfer.studies.trials import Segment, Trial, log_of_trials
@@ -32,6 +33,8 @@ __all__ = [
     "Recording",
     "RecordingHeader",
     "RecordingWriter",
+    "Replan",
+    "ReplanTable",
     "Report",
     "Scores",
     "Segment",

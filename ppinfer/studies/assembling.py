@@ -11,7 +11,15 @@ import xarray as xr
 from jaxtyping import Float, Shaped
 
 from ppinfer.errors import LogError
-from ppinfer.studies.schema import CONTROL_QUANTITIES, FORMAT, FORMAT_VERSION, VARIABLES
+from ppinfer.studies.replans import ReplanTable
+from ppinfer.studies.schema import (
+    CONTROL_QUANTITIES,
+    COORDINATES,
+    FORMAT,
+    FORMAT_VERSION,
+    REPLAN_VARIABLES,
+    VARIABLES,
+)
 
 Attr = str | int | float
 Values = Sequence[Any] | Shaped[np.ndarray, "*_"]
@@ -47,6 +55,9 @@ def build_log(
     segment_start: Values = (),
     segment_stop: Values = (),
     true_goal: Values = (),
+    replan_row_size: Values | None = None,
+    replans: ReplanTable | None = None,
+    theta: Sequence[str] = (),
     variables: Mapping[str, tuple[Any, ...]] | None = None,
     position_units: str = "m",
     title: str = "",
@@ -91,9 +102,15 @@ def build_log(
     segment_trial, segment_agent, segment_start, segment_stop, true_goal
         Stretches of one agent's motion in trial ``segment_trial``, half-open sample indices within the trial,
         and the goal that each led to (empty = unknown).
+    replan_row_size, replans
+        Replans of each trial, and all of them end to end: the log of a world where agents plan.
+    theta
+        Labels of whom an agent's equilibria favour; with them goes ``live_log_posterior``.
     variables
-        Further variables by name: (dimensions, values) or (dimensions, values, attributes). Text along
-        ``sample`` is better coded as small integers with CF's ``flag_values`` and ``flag_meanings``.
+        Further variables by name: (dimensions, values) or (dimensions, values, attributes); among them those that
+        the format knows but has no argument for (``held``, ``end_effector``, ``finish_time``, ``stops``,
+        ``stop_episodes``, ``scene``, ``plan_sets``, ``live_model``). Text along ``sample`` is better coded as small
+        integers with CF's ``flag_values`` and ``flag_meanings``.
     position_units, title, source, configuration, attrs
         Attributes of the log; ``configuration`` becomes JSON text.
 
@@ -172,6 +189,7 @@ def build_log(
         values |= {"goal": goals, "goal_position": placed, "goal_present": present}
         goal_dims = {"goal_position": (where, "goal", "space"), "goal_present": (where, "goal")}
 
+    _add_replans(values, sizes, replan_row_size, replans, theta)
     data: dict[str, tuple[Any, ...]] = {}
     for name, value in values.items():
         if value is None:
@@ -180,13 +198,15 @@ def build_log(
         data[name] = (dims, _array(name, value, VARIABLES[name].kind, tuple(sizes[dim] for dim in dims)))
     for name, (extra_dims, value, *described) in (variables or {}).items():
         data[name] = (tuple(extra_dims), _study_variable(name, tuple(extra_dims), value, sizes), *described)
+    if "end_effector" in data:
+        data["table"] = (("table",), _array("table", list("xyz")[: sizes["table"]], "str", (None,)))
 
     if control_quantity not in CONTROL_QUANTITIES:
         raise LogError(
             f"control_quantity is {control_quantity!r}; expected one of {', '.join(CONTROL_QUANTITIES)}"
         )
     log = xr.Dataset(data)
-    log = log.set_coords([name for name in ("agent", "space", "goal") if name in log])
+    log = log.set_coords([name for name in COORDINATES if name in log])
     _describe(log, position_units)
     if "control" in log:
         log["control"].attrs["quantity"] = control_quantity
@@ -218,8 +238,15 @@ def _describe(log: xr.Dataset, position_units: str) -> None:
             if spec.units:
                 log[name].attrs["units"] = spec.units
     log["row_size"].attrs["sample_dimension"] = "sample"
+    for counts, counted in (
+        ("replan_row_size", "replan"),
+        ("plan_row_size", "plan"),
+        ("waypoint_row_size", "waypoint"),
+    ):
+        if counts in log.variables:
+            log[counts].attrs["sample_dimension"] = counted
     log["trial_id"].attrs["cf_role"] = "trajectory_id"
-    for name in ("position", "goal_position"):
+    for name in ("position", "goal_position", "waypoint_position"):
         if name in log.variables:
             log[name].attrs["units"] = position_units
     if "velocity" in log.variables:
@@ -272,6 +299,28 @@ def _goal_positions(
     )
 
 
+def _add_replans(
+    values: dict[str, Any],
+    sizes: dict[str, int],
+    row_size: Values | None,
+    replans: ReplanTable | None,
+    theta: Sequence[str],
+) -> None:
+    if replans is None or row_size is None:
+        if replans is not None or row_size is not None:
+            raise LogError("replan_row_size and replans come together or not at all")
+        return
+    sizes |= replans.sizes | {"theta": len(theta)}
+    if int(np.sum(np.asarray(row_size, np.int64))) != sizes["replan"]:
+        raise LogError(
+            f"replan_row_size adds up to {np.sum(row_size)}, but there are {sizes['replan']} replans"
+        )
+    values |= {"replan_row_size": row_size}
+    values |= {name: getattr(replans, name) for name in REPLAN_VARIABLES if name != "replan_row_size"}
+    if theta:
+        values |= {"theta": theta, "live_log_posterior": replans.live_log_posterior}
+
+
 def _per_agent(
     name: str, value: Values | Mapping[str, str] | None, agents: Sequence[str], n_trials: int
 ) -> object:
@@ -284,11 +333,19 @@ def _per_agent(
 
 
 def _study_variable(
-    name: str, dims: tuple[str, ...], value: Any, sizes: Mapping[str, int]
+    name: str, dims: tuple[str, ...], value: Any, sizes: dict[str, int]
 ) -> Shaped[np.ndarray, "*_"]:
-    if name in VARIABLES:
+    spec = VARIABLES.get(name)
+    if spec is not None and not spec.as_variable:
         raise LogError(f"variables: {name!r} is a variable of the log's own; give it as {name}=")
     array = np.asarray(value)
+    if spec is not None:
+        if dims not in spec.dims:
+            expected_dims = " or ".join(f"({', '.join(some)})" for some in spec.dims)
+            raise LogError(f"variables: {name!r} is on {dims}; {expected_dims} is expected")
+        known = _array(name, array, spec.kind, tuple(sizes.get(dim) for dim in dims))
+        sizes |= {dim: size for dim, size in zip(dims, known.shape, strict=True) if dim not in sizes}
+        return known
     if array.dtype.kind in "OUT":
         array = _text(name, array)
     elif array.dtype.kind == "b":

@@ -6,7 +6,7 @@ The first line describes the study; every line carries the CRC-32 of the rest of
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
 
@@ -134,8 +134,11 @@ class RecordingWriter:
         """
         if trial.trial_id in self._completed:
             raise LogError(f"{self.path}: trial {trial.trial_id!r} was recorded before; ids are unique")
+        # once for both the check and the line
+        table = trial.replan_table(agents=self.header.agents, theta=self.header.theta)
+        trial = replace(trial, replans=table)
         validate_log(log_of_recording(self.header, [trial])).raise_if_faulty()
-        self._put(trial_line(trial))
+        self._put(trial_line(trial, self.header))
         self._completed[trial.trial_id] = None
 
     def _put(self, line: bytes) -> None:

@@ -1,7 +1,11 @@
-"""The lines of a recording: the header or a trial as one JSON object, led by a CRC-32."""
+"""The lines of a recording: the header or a trial as one JSON object, led by a CRC-32.
+
+Numbers are JSON's own, ``null`` for NaN and ``"inf"`` for infinity; the many numbers of replans are base64.
+"""
 
 from __future__ import annotations
 
+import base64
 import json
 import zlib
 from collections.abc import Mapping, Sequence
@@ -10,8 +14,10 @@ from typing import Any, NoReturn
 
 import numpy as np
 import xarray as xr
+from jaxtyping import Shaped
 
 from ppinfer.errors import LogError
+from ppinfer.studies.replans import ReplanTable
 from ppinfer.studies.trials import Segment, Trial, log_of_trials
 
 RECORDING_FORMAT = "ppinfer-recording"
@@ -26,7 +32,7 @@ class RecordingHeader:
 
     Parameters
     ----------
-    agents, goals, space
+    agents, goals, space, theta
         Labels.
     has_velocity, has_control
         For which agents these are logged; by default for those with any number in them.
@@ -44,6 +50,7 @@ class RecordingHeader:
     agents: tuple[str, ...]
     goals: tuple[str, ...] = ()
     space: tuple[str, ...] = ("x", "y")
+    theta: tuple[str, ...] = ()
     has_velocity: tuple[bool, ...] | None = None
     has_control: tuple[bool, ...] | None = None
     control_quantity: str = "acceleration"
@@ -63,13 +70,17 @@ def log_of_recording(
 
 def header_line(header: RecordingHeader) -> bytes:
     """Return the first line of a recording."""
-    return _line({"format": RECORDING_FORMAT, "version": RECORDING_VERSION, **asdict(header)})
+    described = asdict(header)
+    if not header.theta:
+        # a header without it is that of every recording from before there were replans
+        del described["theta"]
+    return _line({"format": RECORDING_FORMAT, "version": RECORDING_VERSION, **described})
 
 
-def trial_line(trial: Trial) -> bytes:
+def trial_line(trial: Trial, header: RecordingHeader) -> bytes:
     """Return the line of a trial; a ``LogError`` says what JSON cannot hold."""
     try:
-        return _line(_trial_json(trial))
+        return _line(_trial_json(trial, header))
     except (TypeError, ValueError) as error:
         raise LogError(f"trial {trial.trial_id!r}: cannot be recorded: {error}") from error
 
@@ -115,11 +126,16 @@ def told_header(told: Mapping[str, Any]) -> RecordingHeader:
     return RecordingHeader(**values)
 
 
-def _trial_json(trial: Trial) -> dict[str, Any]:
+def _trial_json(trial: Trial, header: RecordingHeader) -> dict[str, Any]:
     told: dict[str, Any] = {}
     for item in fields(trial):
         value = getattr(trial, item.name)
         if item.name not in ("trial_id", "participant") and (value is None or _is_empty(value)):
+            continue
+        if item.name == "replans":
+            table = trial.replan_table(agents=header.agents, theta=header.theta)
+            if table.sizes["replan"]:
+                told[item.name] = {part.name: _packed(getattr(table, part.name)) for part in fields(table)}
             continue
         if item.name in _SAMPLED:
             told[item.name] = _numbers(value)
@@ -149,10 +165,30 @@ def _numbers(value: Any) -> Any:
     array = np.asarray(value)
     if array.dtype.kind == "b":
         array = array.astype(np.int8)
-    if array.dtype.kind == "f":
-        # JSON has no NaN: null stands for a number that is not there
-        array = np.where(np.isnan(array), None, array.astype(object))  # type: ignore[call-overload]
+    if array.dtype.kind == "f" and not np.isfinite(array).all():
+        # JSON has neither: null stands for a number that is not there, and infinity is spelt out
+        plain = array.astype(object)
+        plain[np.isnan(array)] = None
+        plain[np.isposinf(array)] = "inf"
+        plain[np.isneginf(array)] = "-inf"
+        array = plain
     return array.tolist()
+
+
+def _packed(array: Shaped[np.ndarray, "*_"]) -> dict[str, Any]:
+    if array.dtype.kind in "OUT":
+        return {"text": array.tolist()}
+    kind = {"f": "<f8", "i": "<i8"}[array.dtype.kind]
+    content = base64.b64encode(np.ascontiguousarray(array, kind).tobytes()).decode("ascii")
+    return {"type": kind, "shape": list(array.shape), "base64": content}
+
+
+def _unpacked(told: Mapping[str, Any]) -> Shaped[np.ndarray, "*_"]:
+    if "text" in told:
+        return np.array(told["text"], object)
+    content = base64.b64decode(told["base64"], validate=True)
+    kind = {"<f8": np.float64, "<i8": np.int64}[told["type"]]
+    return np.frombuffer(content, told["type"]).reshape(told["shape"]).astype(kind, copy=False)
 
 
 def told_trial(told: Mapping[str, Any], header: RecordingHeader) -> Trial:
@@ -174,6 +210,11 @@ def told_trial(told: Mapping[str, Any], header: RecordingHeader) -> Trial:
         )
         for name, one in given.get("variables", {}).items()
     }
+    if "replans" in given:
+        known = {part.name for part in fields(ReplanTable)}
+        given["replans"] = ReplanTable(
+            **{name: _unpacked(one) for name, one in given["replans"].items() if name in known}
+        )
     trial = Trial(**given)
     log_of_recording(header, [trial])
     return trial

@@ -12,6 +12,7 @@ from jaxtyping import Float, Shaped
 
 from ppinfer.errors import LogError
 from ppinfer.studies.assembling import build_log
+from ppinfer.studies.replans import Replan, ReplanTable
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,11 @@ class Trial:
         Stretches with known (or unknown) goals.
     variables
         Further variables: name to (dimensions without ``trial``, values) or (dimensions, values, attributes);
-        those without ``sample`` are one value of the trial.
+        those without ``sample`` are one value of the trial. Here go also ``held`` (sample), ``end_effector``
+        (sample, agent, table), ``finish_time`` (agent), and ``stops``, ``stop_episodes``, ``scene``, ``plan_sets``
+        and ``live_model`` without dimensions.
+    replans
+        In a world where agents plan: every replan, in order.
     """
 
     trial_id: str
@@ -71,6 +76,24 @@ class Trial:
     instruction: Mapping[str, str] = field(default_factory=dict)
     segments: Sequence[Segment] = ()
     variables: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    replans: Sequence[Replan] | ReplanTable = ()
+
+    def replan_table(self, *, agents: Sequence[str], theta: Sequence[str] = ()) -> ReplanTable:
+        """Return the trial's replans as flat arrays; agents and labels of theta are those of the log.
+
+        Raises
+        ------
+        LogError
+            If a replan does not fit the log.
+        """
+        if isinstance(self.replans, ReplanTable):
+            return self.replans
+        try:
+            return ReplanTable.of(
+                self.replans, agents=agents, space=np.shape(self.position)[-1], theta=len(theta)
+            )
+        except LogError as error:
+            raise LogError(f"trial {self.trial_id!r}: {error}") from error
 
 
 def log_of_trials(
@@ -79,6 +102,7 @@ def log_of_trials(
     agents: Sequence[str],
     goals: Sequence[str] = (),
     space: Sequence[str] = ("x", "y"),
+    theta: Sequence[str] = (),
     has_velocity: Sequence[bool] | None = None,
     has_control: Sequence[bool] | None = None,
     **described: Any,
@@ -89,8 +113,8 @@ def log_of_trials(
     ----------
     trials
         At least one; all with the same optional arrays and variables.
-    agents, goals, space, has_velocity, has_control
-        As in `build_log`.
+    agents, goals, space, theta, has_velocity, has_control
+        As in `build_log`; ``theta`` is needed where replans hold a live posterior.
     **described
         ``title``, ``source``, ``configuration``, ``control_quantity``, ``position_units`` and ``attrs`` of
         `build_log`.
@@ -121,11 +145,17 @@ def log_of_trials(
             [~np.isnan(one.position).all(axis=-1) if one.observed is None else one.observed for one in trials]
         )
     goal_position, goal_present = _goals(trials, sizes)
+    tables = [trial.replan_table(agents=agents, theta=theta) for trial in trials]
+    replan_row_size = [table.sizes["replan"] for table in tables]
+    planned = any(replan_row_size)
     return build_log(
         agents=agents,
         goals=goals,
         space=space,
         row_size=sizes,
+        replan_row_size=replan_row_size if planned else None,
+        replans=ReplanTable.end_to_end(tables) if planned else None,
+        theta=theta,
         trial_id=[trial.trial_id for trial in trials],
         participant=[trial.participant for trial in trials],
         time=np.concatenate([trial.time for trial in trials]),

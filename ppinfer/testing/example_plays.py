@@ -1,0 +1,171 @@
+"""A small log of two agents that plan, made by hand: for examples and tests."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from jaxtyping import Bool, Float
+
+from ppinfer.coordination.plans import PlanSet
+from ppinfer.coordination.situation import Situation
+from ppinfer.studies import Replan, Trial, log_of_trials
+
+_DT = 0.1
+_STEPS = 8
+AGENTS = ("human", "robot")
+THETA = ("human", "robot")
+
+
+def example_planned_log(*, trials: int = 3, replans: int = 4, plans: int = 3, seed: int = 0) -> xr.Dataset:
+    """Return a study log of two arms that replan every 0.8 s: plans, games, decisions and where they led.
+
+    Both agents look at the same plans. The games are random; each agent takes its plan of the profile, among those
+    where nobody collides, that costs both together least. The robot's beliefs are made up.
+
+    Parameters
+    ----------
+    trials, replans : int
+        How many trials, and replans of each agent in a trial.
+    plans : int
+        How many plans each agent has, besides the one that does not move.
+    seed : int
+        Of everything.
+
+    Examples
+    --------
+    >>> log = example_planned_log(trials=2, replans=3)
+    >>> log.sizes["replan"], log.sizes["plan"], log.sizes["profile"]
+    (12, 96, 192)
+    """
+    drawn, options = planned_study(trials=trials, replans=replans, plans=plans, seed=seed)
+    return log_of_trials(drawn, **options)
+
+
+def planned_study(
+    *, trials: int = 3, replans: int = 4, plans: int = 3, seed: int = 0
+) -> tuple[list[Trial], dict[str, Any]]:
+    """Return the trials of `example_planned_log`, and what else `log_of_trials` takes.
+
+    Examples
+    --------
+    >>> trials, options = planned_study(trials=1, replans=2)
+    >>> len(trials[0].replans), options["theta"]
+    (4, ('human', 'robot'))
+    """
+    children = np.random.SeedSequence(seed).spawn(trials)
+    drawn = [
+        _trial(index, np.random.default_rng(child), replans=replans, plans=plans)
+        for index, child in enumerate(children)
+    ]
+    return drawn, {"agents": AGENTS, "space": ("shoulder", "elbow"), "theta": THETA, "position_units": "rad"}
+
+
+def _trial(index: int, rng: np.random.Generator, *, replans: int, plans: int) -> Trial:
+    where = rng.uniform(-1.0, 1.0, (2, 2))
+    goal = where + rng.uniform(1.0, 2.0, (2, 2))
+    position, velocity = [where[None]], [np.zeros((1, 2, 2))]
+    made: list[Replan] = []
+    for number in range(replans):
+        sets = [
+            _plan_set(agent, where[column], goal[column], rng, plans) for column, agent in enumerate(AGENTS)
+        ]
+        situation = Situation.from_contacts(
+            sets, _contacts(rng, plans), time=number * _STEPS * _DT, seed=int(rng.integers(1 << 31))
+        )
+        costs = situation.game.costs
+        chosen = np.unravel_index(int(costs.sum(axis=0).argmin()), costs.shape[1:])
+        decision = tuple(int(plan) for plan in chosen)
+        for agent in AGENTS:
+            belief = np.log(rng.dirichlet(np.ones(len(THETA)))) if agent == "robot" else None
+            made.append(
+                Replan(
+                    time=situation.time,
+                    sample=number * _STEPS,
+                    agent=agent,
+                    plans=sets,
+                    cost=costs,
+                    contact_time=np.asarray(situation.contact_time),
+                    decision=decision,
+                    live_log_posterior=belief,
+                    seed=situation.seed,
+                )
+            )
+        moved, speed = _executed(sets, decision)
+        position.append(moved)
+        velocity.append(speed)
+        where = moved[-1]
+    samples = replans * _STEPS + 1
+    held: Bool[np.ndarray, " sample"] = np.zeros(samples, bool)
+    placed = np.concatenate(position)
+    return Trial(
+        trial_id=f"scene-{index}",
+        participant=f"scene-{index}",
+        time=np.arange(samples) * _DT,
+        position=placed,
+        velocity=np.concatenate(velocity),
+        seed=index,
+        outcome="completed",
+        controller={"human": "norm", "robot": "bayes"},
+        variables={
+            "held": (("sample",), held),
+            "end_effector": (("sample", "agent", "table"), _hand(placed)),
+            "finish_time": (("agent",), np.array([(samples - 1) * _DT, np.nan])),
+            "stops": ((), 0),
+            "stop_episodes": ((), 0),
+            "scene": ((), index),
+            "plan_sets": ((), "shared"),
+            "live_model": ((), ""),
+        },
+        replans=made,
+    )
+
+
+def _plan_set(
+    agent: str,
+    start: Float[np.ndarray, " joint"],
+    goal: Float[np.ndarray, " joint"],
+    rng: np.random.Generator,
+    plans: int,
+) -> PlanSet:
+    # by one point on the way each, at a quarter of a radian a second, and at last the plan that does not move
+    times, places = [], []
+    for _ in range(plans):
+        way = np.array([start, 0.5 * (start + goal) + rng.normal(0.0, 0.4, 2), goal])
+        legs = np.abs(np.diff(way, axis=0)).max(axis=1) / 0.25
+        times.append(np.concatenate([[0.0], np.cumsum(legs)]))
+        places.append(way)
+    row_size = np.array([*[3] * plans, 1])
+    return PlanSet(
+        agent,
+        row_size,
+        np.concatenate([*times, [0.0]]),
+        np.concatenate([*places, start[None]]),
+        static=plans,
+    )
+
+
+def _contacts(rng: np.random.Generator, plans: int) -> Float[np.ndarray, "human_plan robot_plan"]:
+    contacts = np.where(rng.random((plans + 1, plans + 1)) < 0.4, rng.uniform(0.5, 5.0), np.inf)
+    # nobody is run into who stands still
+    contacts[-1, :] = contacts[:, -1] = np.inf
+    return contacts
+
+
+def _executed(
+    sets: list[PlanSet], decision: tuple[int, ...]
+) -> tuple[Float[np.ndarray, "sample agent joint"], Float[np.ndarray, "sample agent joint"]]:
+    times = _DT * np.arange(1, _STEPS + 1)
+    moved = np.stack(
+        [plans.positions(times)[chosen] for plans, chosen in zip(sets, decision, strict=True)], axis=1
+    )
+    speed = np.stack(
+        [plans.velocities(times)[chosen] for plans, chosen in zip(sets, decision, strict=True)], axis=1
+    )
+    return moved, speed
+
+
+def _hand(position: Float[np.ndarray, "sample agent joint"]) -> Float[np.ndarray, "sample agent table"]:
+    angle = np.cumsum(position, axis=-1)
+    return 0.5 * np.stack([np.cos(angle).sum(axis=-1), np.sin(angle).sum(axis=-1)], axis=-1)

@@ -151,3 +151,14 @@ class PlanSet:
             static=place(self.static),
             committed=place(self.committed),
         )
+
+    @classmethod
+    def holding(cls, agent: str, position: Any) -> PlanSet:
+        """Return the plans of one who has nothing left to do: to stay where it is.
+
+        Examples
+        --------
+        >>> PlanSet.holding("human", [0.1, 0.2]).duration
+        array([0.])
+        """
+        return cls(agent, np.array([1]), np.zeros(1), np.asarray(position, np.float64)[None], static=0)

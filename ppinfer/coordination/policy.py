@@ -61,3 +61,7 @@ class Policy(ABC):
     @abstractmethod
     def decide(self, situation: Situation, ego: str, memory: Any = None) -> Decision:
         """Return what `ego` does in a situation; `memory` is that of its last decision in the trial, or None."""
+
+    def belief_model(self) -> dict[str, Any] | None:
+        """Return the model behind `Decision.belief` as a log keeps it: its name and parameters; None: there is none."""
+        return None

@@ -16,6 +16,7 @@ import xarray as xr
 
 from ppinfer.studies import RecordingHeader, RecordingWriter, Trial, read_recording, write_log
 from ppinfer.studies.progress import ProgressCallback, silent
+from ppinfer.studies.recording_lines import log_of_recording
 from ppinfer.studies.storage import check_target
 from ppsim.errors import SimulationError
 
@@ -41,13 +42,15 @@ class Recorded:
     resumed: int
 
 
-def simulate(study: Study, indices: Sequence[int], *, workers: int = 1) -> Iterator[Trial]:
+def simulate(
+    study: Study, indices: Sequence[int], *, workers: int = 1, cluster: str | None = None
+) -> Iterator[Trial]:
     """Yield trials in the order of their indices, whoever of the workers played them.
 
     Raises
     ------
     SimulationError
-        Where there are no workers.
+        Where there are no workers, or the cluster is not there.
 
     Examples
     --------
@@ -57,6 +60,12 @@ def simulate(study: Study, indices: Sequence[int], *, workers: int = 1) -> Itera
     """
     if workers < 1:
         raise SimulationError(f"workers must be at least 1; got {workers}")
+    if cluster is not None:
+        # imported here: it is an extra
+        from ppsim.cluster import simulate_on_cluster
+
+        yield from simulate_on_cluster(study, indices, cluster)
+        return
     if workers == 1 or len(indices) < 2:
         yield from map(study.trial, indices)
         return
@@ -74,6 +83,18 @@ def simulate(study: Study, indices: Sequence[int], *, workers: int = 1) -> Itera
 def _leave_interrupts_to_the_parent() -> None:
     # Ctrl-C reaches every process of the terminal; a worker's traceback would tell nothing
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def log_of_study(study: Study, indices: Sequence[int]) -> xr.Dataset:
+    """Play some trials of a study and return their log, in memory.
+
+    Examples
+    --------
+    >>> from ppsim.reaching import ReachingStudy
+    >>> log_of_study(ReachingStudy(duration=1.0), range(2)).sizes["trial"]
+    2
+    """
+    return log_of_recording(study.header(), list(simulate(study, indices)))
 
 
 def recording_path(target: str | os.PathLike[str]) -> Path:
@@ -94,12 +115,14 @@ def record_study(
     target: str | os.PathLike[str],
     *,
     workers: int = 1,
+    cluster: str | None = None,
+    resume: bool = True,
     progress: ProgressCallback = silent,
 ) -> Recorded:
     """Simulate a study and write its log.
 
     1. Each trial is appended to a recording beside the log as it ends (`recording_path`); one that an interrupted run
-       of the same study left there is continued.
+       of the same study left there is continued, if `resume`.
     2. The recording is compacted to the log, whole or not at all, and removed.
 
     Parameters
@@ -112,13 +135,17 @@ def record_study(
         The log, ``.nc`` or ``.zarr``.
     workers : int
         Processes that play trials; the log does not depend on it.
+    cluster : str, optional
+        Address of the scheduler of a Dask cluster that plays the trials instead; nor does it depend on that.
+    resume : bool
+        Whether to continue a recording that is there; if not, it is refused.
     progress : callable
         Told how many trials are done, of how many.
 
     Raises
     ------
     SimulationError
-        Where there are no trials or workers, or the recording there is longer than asked for.
+        Where there are no trials or workers, the cluster is not there, or the recording there is longer than asked for.
     LogError
         Where the log cannot be written, or the recording there is of another study.
 
@@ -135,7 +162,7 @@ def record_study(
         if count < 1:
             raise SimulationError(f"{name} must be at least 1; got {count}")
     path = recording_path(target)
-    with RecordingWriter(path, study.header(), resume=True) as recording:
+    with RecordingWriter(path, study.header(), resume=resume) as recording:
         resumed = len(recording.completed)
         if resumed > trials:
             raise SimulationError(
@@ -144,7 +171,7 @@ def record_study(
             )
         progress(resumed, trials)
         # nothing is left for workers to do once the generator is closed
-        with _closing(simulate(study, range(resumed, trials), workers=workers)) as played:
+        with _closing(simulate(study, range(resumed, trials), workers=workers, cluster=cluster)) as played:
             for done, trial in enumerate(played, start=resumed + 1):
                 recording.append(trial)
                 progress(done, trials)

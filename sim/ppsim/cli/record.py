@@ -1,15 +1,12 @@
-"""The `ppsim` command: worlds that record study logs whose truth is known."""
+"""`ppsim record`: worlds that record study logs whose goals are known."""
 
 from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from ppinfer.cli import OneLineParser, run_command
 
 if TYPE_CHECKING:
     from ppsim.study import Recorded
@@ -61,26 +58,11 @@ _OPTIONS = (
 )
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """Return the parser of the whole command."""
-    from ppinfer import __version__
-
-    parser = OneLineParser(
-        prog="ppsim",
-        description="Small worlds whose agents' goals are known, recorded as study logs for ppinfer.",
-        epilog="Each world has its own help with examples: 'ppsim record reaching --help'.",
-    )
-    parser.add_argument("--version", action="version", version=f"ppsim {__version__}")
-    commands = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND", required=True)
-    record = commands.add_parser("record", help="simulate a study and write its log")
+def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
+    """Add ``record`` and its worlds."""
+    record = commands.add_parser("record", help="simulate a study of one world and write its log")
     worlds = record.add_subparsers(title="worlds", dest="world", metavar="WORLD", required=True)
     _add_reaching(worlds)
-    return parser
-
-
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run the `ppsim` command and return its exit status."""
-    return run_command(build_parser(), argv)
 
 
 def _add_reaching(worlds: argparse._SubParsersAction[Any]) -> None:

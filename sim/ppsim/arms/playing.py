@@ -1,0 +1,395 @@
+"""One trial of two arms: both plan, decide and move, until both have finished."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from ppinfer.coordination import Decision, Motion, PlanSet, Policy, Situation
+from ppsim.arms.contacts import contact_tables
+from ppsim.arms.plans import Rest, rest_of_plan, sample_plans, straight_plan
+from ppsim.arms.scene import Scene
+from ppsim.arms.world import ArmsWorld
+from ppsim.errors import SimulationError
+
+PLAN_SETS = ("shared", "independent")
+
+
+@dataclass(frozen=True)
+class Execution:
+    """How plans are made, judged and carried out.
+
+    Parameters
+    ----------
+    replan_every : float
+        Seconds between replans.
+    collision_stride : float
+        Seconds between the instants at which the table of profiles is checked for collisions; the paper's is 0.8 s.
+    clearance : float
+        Metres within which arms count as in contact, for policies that weigh risk.
+    timeout : float
+        Seconds after which a trial ends unfinished.
+    stops_in_a_row : int
+        After so many safety stops in a row a seeded coin sends one arm home.
+    retreat : float
+        For so many seconds.
+    planner : str
+        Name of OMPL's planner.
+    """
+
+    replan_every: float = 0.8
+    collision_stride: float = 0.1
+    clearance: float = 0.01
+    timeout: float = 120.0
+    stops_in_a_row: int = 5
+    retreat: float = 2.4
+    planner: str = "RRT"
+
+    def __post_init__(self) -> None:
+        for name in ("replan_every", "collision_stride", "timeout", "retreat"):
+            value = getattr(self, name)
+            if not (0.0 < value < 1e6) or abs(value / DT - round(value / DT)) > 1e-6:
+                raise SimulationError(f"{name} must be a positive multiple of {DT} s; got {value!r}")
+        if not 0.0 <= self.clearance < 1.0:
+            raise SimulationError(f"clearance must lie in [0, 1) m; got {self.clearance!r}")
+        if self.stops_in_a_row < 1:
+            raise SimulationError(f"stops_in_a_row must be at least 1; got {self.stops_in_a_row!r}")
+
+
+DT = 0.1
+#: An arm grasps, and has arrived, within this, m.
+NEAR = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Replanned:
+    """One replan as the robot saw it: when, what, and what it decided."""
+
+    sample: int
+    situation: Situation
+    decision: Decision
+
+
+@dataclass(frozen=True, eq=False)
+class Played:
+    """What happened in a trial.
+
+    Parameters
+    ----------
+    position, velocity : (sample, agent, joint) float64
+        rad and rad/s; NaN once an agent has finished and left.
+    held : (sample,) bool
+        Whether a safety stop held both in the step that led to the sample.
+    finish_time : (agent,) float64
+        Seconds; NaN for whoever did not finish.
+    replans : tuple of Replanned
+        The robot's.
+    contacts : int
+        Contacts of the arms in the physical world: none, if the safety stop does its work.
+    """
+
+    position: Float[np.ndarray, "sample agent joint"]
+    velocity: Float[np.ndarray, "sample agent joint"]
+    held: Bool[np.ndarray, " sample"]
+    finish_time: Float[np.ndarray, " agent"]
+    replans: tuple[Replanned, ...]
+    contacts: int
+
+    @property
+    def stops(self) -> int:
+        """How many safety stops there were: steps that were held."""
+        return int(self.held.sum())
+
+    @property
+    def stop_episodes(self) -> int:
+        """How many episodes of stops; a gap over 0.8 s begins a new one."""
+        when = np.flatnonzero(self.held)
+        return int(len(when) > 0) + int((np.diff(when) > round(0.8 / DT)).sum())
+
+
+@dataclass(eq=False)
+class _Seat:
+    """One agent in a trial: its policy, what it remembers, and what it is doing."""
+
+    agent: str
+    policy: Policy
+    memory: object = None
+    #: what it is executing: where it is to be at every half step from the last replan on, and for how many steps
+    #: it has been doing so
+    course: Float[np.ndarray, "half joint"] = field(default_factory=lambda: np.empty((0, 2)))
+    steps: int = 0
+    #: the last plan that moves, and for how many steps it was followed
+    plans: PlanSet | None = None
+    plan: int = 0
+    followed: int = 0
+    moves: bool = False
+    #: steps left of going home
+    retreat: int = 0
+    holding: bool = False
+    #: the sample of its last replan; None before the first
+    replanned: int | None = None
+
+    def begin(self, plans: PlanSet, decision: Decision, half_steps: Float[np.ndarray, " half"]) -> None:
+        """Start to do what was decided."""
+        self.course, self.steps, self.memory = plans.positions(half_steps)[decision.plan], 0, decision.memory
+        self.retreat = 0
+        self.moves = decision.plan != plans.static
+        if self.moves:
+            self.plans, self.plan, self.followed = plans, decision.plan, 0
+
+    def rest(self, position: Float[np.ndarray, " joint"]) -> Rest | None:
+        """Return the rest of the unfinished plan; None if there is none."""
+        return None if self.plans is None else rest_of_plan(self.plans, self.plan, self.followed * DT, position)
+
+    def next_poses(self) -> Float[np.ndarray, "2 joint"]:
+        """Return where it wants to be half a step and a step from now."""
+        return self.course[2 * self.steps + 1 : 2 * self.steps + 3]
+
+    def go_home(self, home: PlanSet, steps: int) -> None:
+        """Give up what it was doing and go home for so many steps."""
+        self.course, self.steps, self.retreat = home.positions(np.arange(2 * steps + 1) * (DT / 2))[0], 0, steps
+        self.plans, self.moves = None, False
+
+    def advance(self) -> None:
+        """Count a step that was executed."""
+        self.steps += 1
+        if self.moves:
+            self.followed += 1
+        self.retreat = max(0, self.retreat - 1)
+
+
+def play(
+    scene: Scene,
+    policies: Mapping[str, Policy],
+    *,
+    seed: int,
+    plan_sets: str = "shared",
+    execution: Execution | None = None,
+) -> Played:
+    """Play one trial.
+
+    1. Every 0.8 s, and after every safety stop, both agents sample plans, look at the situation and decide. With
+       shared plan sets both look at the same plans; with independent ones each samples its own view of both agents.
+    2. Before each step of 0.1 s the next pose and the one half way there are checked: if the arms would collide, both
+       hold for that step, which is one safety stop. After five in a row a coin sends one arm home for 2.4 s.
+    3. An arm that comes to its pick grasps, one that then comes to its place has finished, and leaves.
+
+    Parameters
+    ----------
+    scene : Scene
+        The arms and what each has to do.
+    policies : mapping from agent to Policy
+        The first of the scene's agents is the robot.
+    seed : int
+        Of all plans and coins. Plans do not depend on the policies, so that trials of one scene and seed are paired.
+    plan_sets : {"shared", "independent"}
+        Whose plans they are.
+    execution : Execution, optional
+        How plans are judged and carried out.
+
+    Raises
+    ------
+    SimulationError
+        If the plan sets are called otherwise, an agent has no policy, or a policy chose a plan that is not there.
+    """
+    if plan_sets not in PLAN_SETS:
+        raise SimulationError(f"plan sets are {' or '.join(PLAN_SETS)}; got {plan_sets!r}")
+    missing = [agent for agent in scene.agents if agent not in policies]
+    if missing:
+        raise SimulationError(f"{missing[0]} has no policy")
+    return _Trial(scene, policies, seed, plan_sets == "shared", execution or Execution()).play()
+
+
+#: spawn keys that keep apart the seeds of plans, of what policies draw, and of coins
+_PLANS, _CHANCE, _COINS = 0, 1, 2
+
+
+class _Trial:
+    """A trial while it is played."""
+
+    def __init__(
+        self, scene: Scene, policies: Mapping[str, Policy], seed: int, shared: bool, execution: Execution
+    ) -> None:
+        self.scene, self.seed, self.shared, self.execution = scene, seed, shared, execution
+        self.world = ArmsWorld(scene)
+        self.agents = scene.agents
+        self.seats = {agent: _Seat(agent, policies[agent]) for agent in self.agents}
+        self.finish = dict.fromkeys(self.agents, np.nan)
+        self.positions: list[Float[np.ndarray, "agent joint"]] = []
+        self.velocities: list[Float[np.ndarray, "agent joint"]] = []
+        self.held: list[bool] = []
+        self.replans: list[Replanned] = []
+        self.count = 0
+        self.coins = self._rng(_COINS)
+        every = round(execution.replan_every / DT)
+        # as far as anybody may have to know where it is to be before it decides again
+        self.half_steps = np.arange(2 * every + 1) * (DT / 2)
+        self.every = every
+
+    def play(self) -> Played:
+        self._log(held=False)
+        last = round(self.execution.timeout / DT)
+        in_a_row, since = 0, self.every
+        while self.active and len(self.held) <= last:
+            if since >= self.every:
+                self._replan()
+                since = 0
+            poses = {agent: self.seats[agent].next_poses() for agent in self.active}
+            if any(self.world.would_collide({agent: two[half] for agent, two in poses.items()}) for half in (0, 1)):
+                self.world.hold()
+                self._log(held=True)
+                in_a_row, since = in_a_row + 1, self.every
+                if in_a_row == self.execution.stops_in_a_row:
+                    self._send_home()
+                    in_a_row = 0
+                continue
+            self.world.step({agent: two[1] for agent, two in poses.items()})
+            for agent in self.active:
+                self.seats[agent].advance()
+            in_a_row, since = 0, since + 1
+            self._log(held=False)
+            if self._arrive():
+                since = self.every
+        return Played(
+            position=np.array(self.positions),
+            velocity=np.array(self.velocities),
+            held=np.array(self.held),
+            finish_time=np.array([self.finish[agent] for agent in self.agents]),
+            replans=tuple(self.replans),
+            contacts=self.world.contacts,
+        )
+
+    @property
+    def active(self) -> list[str]:
+        """Those who have not finished."""
+        return [agent for agent in self.agents if np.isnan(self.finish[agent])]
+
+    def _replan(self) -> None:
+        here = {agent: self.world.position(agent) for agent in self.agents if agent in self.active}
+        rests = {
+            agent: self.seats[agent].rest(where) if self.seats[agent].policy.commits else None
+            for agent, where in here.items()
+        }
+        count = max(self.seats[agent].policy.samples for agent in self.active)
+        shared = self._plans(0, here, rests, count) if self.shared else None
+        for viewer, agent in enumerate(self.agents):
+            seat = self.seats[agent]
+            if agent not in here or seat.retreat:
+                continue
+            if shared is None:
+                own = {agent: rests[agent]}
+                situation = self._situation(self._plans(viewer, here, own, seat.policy.samples), seat)
+            else:
+                situation = self._situation(shared, seat)
+            decision = seat.policy.decide(situation, agent, seat.memory)
+            plans = situation.plans[viewer]
+            if not 0 <= decision.plan < len(plans):
+                raise SimulationError(
+                    f"{seat.policy.name} decided on plan {decision.plan} of {agent}'s {len(plans)} plans"
+                )
+            if viewer == 0:
+                self.replans.append(Replanned(len(self.held) - 1, situation, decision))
+            seat.begin(plans, decision, self.half_steps)
+            seat.replanned = len(self.held) - 1
+        self.count += 1
+
+    def _plans(
+        self,
+        viewer: int,
+        here: Mapping[str, Float[np.ndarray, " joint"]],
+        rests: Mapping[str, Rest | None],
+        count: int,
+    ) -> tuple[PlanSet, ...]:
+        """Return what everybody might do, as one viewer imagines it."""
+        plans = []
+        for player, agent in enumerate(self.agents):
+            if agent not in here:
+                plans.append(PlanSet.holding(agent, self.scene.tasks[agent].place_joints))
+                continue
+            plans.append(
+                sample_plans(
+                    self.scene.arms[agent],
+                    agent,
+                    here[agent],
+                    self.scene.tasks[agent].goals(holding=self.seats[agent].holding),
+                    seed=self._seed(_PLANS, self.count, viewer, player),
+                    count=count,
+                    planner=self.execution.planner,
+                    committed=rests.get(agent),
+                )
+            )
+        return tuple(plans)
+
+    def _situation(self, plans: tuple[PlanSet, ...], seat: _Seat) -> Situation:
+        want = seat.policy.samples
+        if any(len(own) > want + 1 for own in plans):
+            # shared sets are as large as the more curious of the two wants them
+            plans = tuple(own.restrict([*range(min(want, len(own) - 1)), len(own) - 1]) for own in plans)
+        gone = [agent for agent in self.agents if agent not in self.active]
+        if gone:
+            shape = tuple(len(own) for own in plans)
+            collision = contact = np.full(shape, np.inf)
+        else:
+            collision, contact = contact_tables(
+                [self.scene.arms[agent] for agent in self.agents],
+                plans,
+                stride=self.execution.collision_stride,
+                clearance=self.execution.clearance,
+            )
+        motion = None
+        if seat.replanned is not None:
+            held = np.array(self.held[seat.replanned :])
+            # the step that led to the last replan was told then
+            held[0] = False
+            motion = Motion(
+                np.array(self.positions[seat.replanned :]), np.array(self.velocities[seat.replanned :]), held, DT
+            )
+        return Situation.from_contacts(
+            plans,
+            collision,
+            contact_time=contact,
+            motion=motion,
+            time=(len(self.held) - 1) * DT,
+            seed=self._seed(_CHANCE, self.count, self.agents.index(seat.agent)),
+        )
+
+    def _log(self, *, held: bool) -> None:
+        position, velocity = np.full((2, len(self.agents), 2), np.nan)
+        for player, agent in enumerate(self.agents):
+            if agent in self.active:
+                position[player], velocity[player] = self.world.position(agent), self.world.velocity(agent)
+        self.positions.append(position)
+        self.velocities.append(velocity)
+        self.held.append(held)
+
+    def _arrive(self) -> bool:
+        """Let arms grasp and finish; return whether somebody has to decide anew before the time."""
+        due = False
+        for agent in self.active:
+            seat, task = self.seats[agent], self.scene.tasks[agent]
+            tip = self.scene.arms[agent].end_effector(self.positions[-1][self.agents.index(agent)])
+            if not seat.holding and np.linalg.norm(tip - task.pick) <= NEAR:
+                seat.holding = True
+                self.world.grasp(agent)
+            elif seat.holding and np.linalg.norm(tip - task.place) <= NEAR:
+                self.finish[agent] = (len(self.held) - 1) * DT
+                self.world.remove(agent)
+            # it came home, and has nothing to follow
+            due |= seat.retreat == 0 and 2 * seat.steps + 3 > len(seat.course)
+        return due
+
+    def _send_home(self) -> None:
+        agent = self.active[int(self.coins.integers(len(self.active)))]
+        home = straight_plan(self.scene.arms[agent], agent, self.world.position(agent), self.scene.arms[agent].home)
+        self.seats[agent].go_home(home, round(self.execution.retreat / DT))
+
+    def _rng(self, *key: int) -> np.random.Generator:
+        return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))
+
+    def _seed(self, *key: int) -> int:
+        # a log can hold it
+        return int(np.random.SeedSequence(self.seed, spawn_key=key).generate_state(1, np.uint64)[0] >> np.uint64(1))

@@ -1,0 +1,74 @@
+"""`ppsim watch`: one trial as a moving picture."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+ARMS = """\
+Play one trial of two arms, or take one from a log, and draw it: the arms and what they carry, the plans that the
+robot considers, the one it chose, its posterior over whom the human's equilibria favour, and the safety stops.
+"""
+
+ARMS_EPILOG = """\
+examples:
+  ppsim watch arms --seed 4
+  ppsim watch arms --seed 4 --robot bayes-risk --human selfish --plan-sets independent -o trial.mp4
+  ppsim watch arms --log LOG.nc --trial scene-3/shared/bayes/selfish -o trial.gif
+"""
+
+
+def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
+    """Add ``watch`` and its worlds."""
+    watch = commands.add_parser("watch", help="draw a trial as GIF or MP4")
+    worlds = watch.add_subparsers(title="worlds", dest="world", metavar="WORLD", required=True)
+    _add_arms(worlds)
+
+
+def _add_arms(worlds: argparse._SubParsersAction[Any]) -> None:
+    from ppsim.arms.playing import PLAN_SETS
+
+    parser = worlds.add_parser(
+        "arms",
+        help="two arms that pick and place",
+        description=ARMS,
+        epilog=ARMS_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add("--seed", type=int, default=0, metavar="S", help="seed of the trial (default: 0)")
+    add("--robot", default="bayes", metavar="NAME", help="the robot's policy (default: %(default)s)")
+    add("--human", default="selfish", metavar="NAME", help="the simulated human's (default: %(default)s)")
+    add("--plan-sets", default="shared", choices=PLAN_SETS, metavar="NAME", help="shared (default) or independent")
+    add("--log", type=Path, metavar="LOG.nc", help="draw a trial of this log instead")
+    add("--trial", metavar="ID", help="which trial of the log, by its id (default: the first)")
+    add("-o", "--output", type=Path, metavar="FILE", help=".gif, or .mp4 (extra: video) (default: arms-SEED.gif)")
+    parser.set_defaults(run=run_watch_arms)
+
+
+def run_watch_arms(args: argparse.Namespace) -> int:
+    """Draw one trial."""
+    from ppinfer.cli.progress import progress_bar
+    from ppinfer.studies import open_log
+    from ppsim.arms.study import ArmsStudy
+    from ppsim.arms.watching import draw_trial, one_trial
+    from ppsim.study import log_of_study
+
+    if args.log is None:
+        study = ArmsStudy(
+            scenes=1, robots=(args.robot,), humans=(args.human,), plan_sets=(args.plan_sets,), seed=args.seed
+        )
+        log = log_of_study(study, [0])
+        output = args.output or Path(f"arms-{args.seed}.gif")
+    else:
+        log = one_trial(open_log(args.log), args.trial, where=str(args.log))
+        output = args.output or args.log.with_suffix(".gif")
+    with progress_bar("drawing") as progress:
+        draw_trial(log, output, progress=progress)
+    stops = int(log["stops"].values[0])
+    print(
+        f"{output}: {log['trial_id'].values[0]}, {log['outcome'].values[0]} after {log['time'].values[-1]:.1f} s, "
+        f"{stops} safety stops"
+    )
+    return 0

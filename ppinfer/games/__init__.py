@@ -6,12 +6,19 @@ used.
 """
 
 from ppinfer.games.equilibria import finite_profiles, pure_equilibria, regret, undominated
+from ppinfer.games.gambit_reading import read_nfg
+from ppinfer.games.gambit_writing import write_nfg
 from ppinfer.games.game import Game
+from ppinfer.games.potential import Potential, potential
 
 __all__ = [
     "Game",
+    "Potential",
     "finite_profiles",
+    "potential",
     "pure_equilibria",
+    "read_nfg",
     "regret",
     "undominated",
+    "write_nfg",
 ]

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -37,7 +37,7 @@ class Game:
     batch : sequence of Axis, optional
         One axis for each leading dimension: these index independent games.
     present : array of bool, shape (*batch, *plans), optional
-        Which profiles exist; all of them if None. A profile that does not is neither an equilibrium nor something that a
+        Which profiles exist; all of them if None. One that does not is neither an equilibrium nor something that a
         player could deviate to. Its costs are not looked at, and read inf.
 
     Raises
@@ -134,7 +134,8 @@ class Game:
         for position in sorted(places, reverse=True):
             chosen, axis = places[position], self.axes[position]
             several = isinstance(chosen, Iterable) and not isinstance(chosen, str)
-            shorter, index = axis.restrict(chosen if several else [chosen])  # type: ignore[list-item]
+            some: Iterable[Any] = chosen if several else [chosen]  # type: ignore[assignment]
+            shorter, index = axis.restrict(some)
             is_plan = position >= len(self.batch)
             kept: Any = index if several or is_plan else int(index[0])
             costs = costs.take(kept, axis=position + is_plan)
@@ -150,7 +151,7 @@ class Game:
     @staticmethod
     def from_nfg(source: str | Path, *, infinity: float | None = None) -> Game:
         """Read a strategic game from a Gambit ``.nfg`` file; see `ppinfer.games.read_nfg`."""
-        from ppinfer.games.gambit import read_nfg
+        from ppinfer.games.gambit_reading import read_nfg
 
         return read_nfg(source, infinity=infinity)
 
@@ -158,14 +159,15 @@ class Game:
         self,
         path: str | Path | None = None,
         *,
+        form: Literal["payoffs", "outcomes"] = "payoffs",
         title: str = "",
         comment: str = "",
         infinity: float | None = None,
     ) -> str:
-        """Write it as a Gambit ``.nfg`` game; see `ppinfer.games.write_nfg`."""
-        from ppinfer.games.gambit import write_nfg
+        """Write it as a Gambit ``.nfg`` file, and return the text; see `ppinfer.games.write_nfg`."""
+        from ppinfer.games.gambit_writing import write_nfg
 
-        return write_nfg(self, path, title=title, comment=comment, infinity=infinity)
+        return write_nfg(self, path, form=form, title=title, comment=comment, infinity=infinity)
 
     def __eq__(self, other: object) -> bool:
         """Whether the other has the same players, axes, profiles and costs, exactly."""

@@ -217,14 +217,14 @@ def build_log(
 def _attributes(
     title: str, source: str, configuration: Mapping[str, Any] | None, attrs: Mapping[str, Attr] | None
 ) -> dict[str, Attr]:
-    from importlib.metadata import version
+    from ppinfer import __version__
 
     told: dict[str, Attr] = {
         "Conventions": "CF-1.11",
         "featureType": "trajectory",
         "ppinfer_format": FORMAT,
         "ppinfer_format_version": FORMAT_VERSION,
-        "ppinfer_version": version("ppinfer"),
+        "ppinfer_version": __version__,
         "configuration": json.dumps(dict(configuration or {}), sort_keys=True),
     }
     told |= {name: text for name, text in (("title", title), ("source", source)) if text}
@@ -232,25 +232,27 @@ def _attributes(
 
 
 def _describe(log: xr.Dataset, position_units: str) -> None:
+    # variables themselves: wrapping each in a DataArray would take longer than all the rest
+    variables = log.variables
     for name, spec in VARIABLES.items():
-        if name in log.variables:
-            log[name].attrs["long_name"] = spec.meaning
+        if name in variables:
+            variables[name].attrs["long_name"] = spec.meaning
             if spec.units:
-                log[name].attrs["units"] = spec.units
-    log["row_size"].attrs["sample_dimension"] = "sample"
+                variables[name].attrs["units"] = spec.units
+    variables["row_size"].attrs["sample_dimension"] = "sample"
     for counts, counted in (
         ("replan_row_size", "replan"),
         ("plan_row_size", "plan"),
         ("waypoint_row_size", "waypoint"),
     ):
-        if counts in log.variables:
-            log[counts].attrs["sample_dimension"] = counted
-    log["trial_id"].attrs["cf_role"] = "trajectory_id"
+        if counts in variables:
+            variables[counts].attrs["sample_dimension"] = counted
+    variables["trial_id"].attrs["cf_role"] = "trajectory_id"
     for name in ("position", "goal_position", "waypoint_position"):
-        if name in log.variables:
-            log[name].attrs["units"] = position_units
-    if "velocity" in log.variables:
-        log["velocity"].attrs["units"] = f"{position_units} s-1"
+        if name in variables:
+            variables[name].attrs["units"] = position_units
+    if "velocity" in variables:
+        variables["velocity"].attrs["units"] = f"{position_units} s-1"
 
 
 def _array(name: str, value: Values, kind: str, shape: tuple[int | None, ...]) -> Shaped[np.ndarray, "*_"]:

@@ -11,6 +11,8 @@ import xarray as xr
 from jaxtyping import Int
 
 from ppinfer.errors import LogError
+from ppinfer.studies.planned_rows import PlannedRows
+from ppinfer.studies.schema import RAGGED, REPLAN_VARIABLES
 from ppinfer.studies.storage import open_log, told_as_log_error
 
 
@@ -27,10 +29,11 @@ def iter_blocks(
     source
         A log, or the path of one, which is opened and closed here.
     max_samples
-        Most samples in a block; a trial that is longer is a block of its own.
+        Most samples in a block, and where replans are read most waypoints and profiles together; a trial that is
+        longer is a block of its own.
     variables
-        Which variables along ``sample`` to read; by default all. The others (on trials, goals, segments)
-        always come.
+        Which variables along samples, replans, plans, waypoints and profiles to read; by default all. The others
+        (on trials, goals, segments) always come.
 
     Yields
     ------
@@ -83,26 +86,36 @@ def block_edges(row_size: Int[np.ndarray, " trial"], max_samples: int) -> Int[np
 def _blocks(
     log: xr.Dataset, max_samples: int, names: Sequence[str] | None, source: Path
 ) -> Iterator[xr.Dataset]:
-    with told_as_log_error(source):
-        still = log.drop_dims("sample").load()
-    row_size = still["row_size"].values
-    if (row_size < 1).any() or row_size.sum() != log.sizes["sample"]:
-        raise LogError(
-            f"{source}: row_size holds {row_size.size} trials of {row_size.sum()} samples together, but "
-            f"there are {log.sizes['sample']} samples; run 'ppinfer validate' on it"
-        )
+    ragged = [dim for dim in RAGGED if dim in log.dims]
     along = [
-        str(name) for name in log.data_vars if "sample" in log[name].dims and (names is None or name in names)
+        str(name)
+        for name, variable in log.data_vars.items()
+        if set(variable.dims) & set(ragged) and (names is None or name in names)
     ]
     missing = sorted(set(names or ()) - set(map(str, log.variables)))
     if missing:
         raise LogError(
             f"{source}: there are no variables {missing}; the log has {sorted(map(str, log.data_vars))}"
         )
-    offsets = np.concatenate([[0], np.cumsum(row_size)])
+    with told_as_log_error(source):
+        still = log.drop_dims(ragged).load()
+    row_size = still["row_size"].values
+    if (row_size < 1).any() or row_size.sum() != log.sizes["sample"]:
+        raise LogError(
+            f"{source}: row_size holds {row_size.size} trials of {row_size.sum()} samples together, but "
+            f"there are {log.sizes['sample']} samples; run 'ppinfer validate' on it"
+        )
+    edges_of = {"sample": np.concatenate([[0], np.cumsum(row_size)])}
+    work = row_size
+    if any(set(log[name].dims) & {"replan", "plan", "waypoint", "profile"} for name in along):
+        planned = _planned_edges(log, source)
+        edges_of |= planned
+        work = np.maximum(row_size, np.diff(planned["waypoint"]) + np.diff(planned["profile"]))
+    else:
+        still = still.drop_vars("replan_row_size", errors="ignore")
     by_trial = np.argsort(still["segment_trial"].values, kind="stable") if "segment_trial" in still else None
     sorted_trial = still["segment_trial"].values[by_trial] if by_trial is not None else None
-    edges = block_edges(row_size, max_samples)
+    edges = block_edges(work, max_samples)
     for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         block = still.isel(trial=slice(begin, end))
         if by_trial is not None and sorted_trial is not None:
@@ -111,9 +124,29 @@ def _blocks(
             block = block.isel(segment=np.sort(by_trial[first:last]))
             block["segment_trial"] = block["segment_trial"] - begin
             block["segment_trial"].attrs = still["segment_trial"].attrs
-        rows = slice(int(offsets[begin]), int(offsets[end]))
+        rows = {dim: slice(int(at[begin]), int(at[end])) for dim, at in edges_of.items()}
         with told_as_log_error(source):
-            moving = log[along].isel(sample=rows).load()
+            moving = log[along].isel(rows, missing_dims="ignore").load()
         block = block.assign({name: moving.variables[name] for name in along})
-        block.attrs = {**log.attrs, "first_trial": begin, "first_sample": rows.start}
+        block.attrs = {**log.attrs, "first_trial": begin, "first_sample": rows["sample"].start}
+        if "replan" in rows:
+            block.attrs["first_replan"] = rows["replan"].start
         yield block
+
+
+def _planned_edges(log: xr.Dataset, source: Path) -> dict[str, Int[np.ndarray, " edge"]]:
+    lacking = [name for name in REPLAN_VARIABLES if name not in log.variables]
+    if lacking:
+        raise LogError(f"{source}: has replans but no {lacking[0]}; run 'ppinfer validate' on it")
+    with told_as_log_error(source):
+        planned = PlannedRows.of_log(log)
+    # a row size below 0 would make edges that run back
+    fits = all(
+        np.diff(edges).min(initial=0) >= 0 for edges in (planned.replan, planned.plan, planned.waypoint)
+    )
+    if not fits or any(size != log.sizes[dim] for dim, size in planned.sizes.items()):
+        raise LogError(
+            f"{source}: row sizes of replans, plans and waypoints add up to {planned.sizes}, but there are "
+            f"{ {dim: log.sizes[dim] for dim in planned.sizes} }; run 'ppinfer validate' on it"
+        )
+    return {dim: planned.trials(dim) for dim in planned.sizes}

@@ -27,8 +27,8 @@ class Fault:
         What to do about it.
     file, line
         The input file and the line in it (1 = the first; for Parquet the row).
-    trial, sample
-        The trial's id, and the sample's index within the trial (0 = the first).
+    trial, sample, replan
+        The trial's id, and the index of the sample or replan within the trial (0 = the first).
     column
         The variable of the log, or the column of the input.
     count
@@ -47,6 +47,7 @@ class Fault:
     line: int | None = None
     trial: str | None = None
     sample: int | None = None
+    replan: int | None = None
     column: str | None = None
     count: int = 1
 
@@ -57,6 +58,7 @@ class Fault:
             None if self.line is None else f"{counted} {self.line}",
             None if self.trial is None else f"trial {self.trial!r}",
             None if self.sample is None else f"sample {self.sample}",
+            None if self.replan is None else f"replan {self.replan}",
             None if self.column is None else f"column {self.column!r}",
         ]
         text = ": ".join([place for place in where if place is not None] + [self.message])

@@ -77,15 +77,15 @@ def check_time(time: Float[np.ndarray, " sample"], rows: Rows, faults: Faults) -
     )
 
 
-def check_seen(observed: Shaped[np.ndarray, "sample agent"], rows: Rows, faults: Faults) -> None:
-    """Report marks of observation that are neither 0 nor 1."""
-    wrong = ((observed != 0) & (observed != 1)).any(axis=1)
+def check_marks(column: str, marks: Shaped[np.ndarray, "sample ..."], rows: Rows, faults: Faults) -> None:
+    """Report marks, of observation for example, that are neither 0 nor 1."""
+    wrong = ((marks != 0) & (marks != 1)).reshape(marks.shape[0], -1).any(axis=1)
     rows.report(
         faults,
         "wrong-value",
-        "observed",
+        column,
         np.flatnonzero(wrong),
-        lambda row: f"is {observed[row].tolist()}",
+        lambda row: f"is {marks[row].tolist()}",
         "0 or 1",
     )
 

@@ -92,10 +92,10 @@ class RecordingWriter:
         line = header_line(header)
         if not self.path.parent.is_dir():
             raise LogError(f"{self.path}: there is no folder {str(self.path.parent)!r}; make it first")
-        content = self.path.read_bytes() if self.path.exists() else None
-        if content is not None and not resume:
+        there = self.path.exists()
+        if there and not resume:
             raise LogError(f"{self.path}: exists; resume it, or record to another name")
-        keep = 0 if content is None else self._length_kept(content, line)
+        keep = self._length_kept(line) if there else 0
         self._file = self.path.open("r+b" if keep else "wb")
         try:
             self._file.truncate(keep)
@@ -146,18 +146,30 @@ class RecordingWriter:
         self._file.flush()
         os.fsync(self._file.fileno())
 
-    def _length_kept(self, content: bytes, line: bytes) -> int:
+    def _length_kept(self, header: bytes) -> int:
         """Return how many bytes of an earlier recording are sound (0: not even its header)."""
-        if content != line and line.startswith(content):
-            self.dropped = "line 1: a torn header: dropped" if content else ""
-            return 0
-        if not content.startswith(line):
-            raise LogError(
-                f"{self.path}: is a recording of another study (its header differs); record to another name"
-            )
-        recording = load_recording(self.path)
-        self._completed, self.dropped = dict.fromkeys(recording.completed), recording.dropped
-        return content.rfind(b"\n") + 1
+        with self.path.open("rb") as file:
+            start = file.read(len(header))
+            if start != header:
+                if header.startswith(start) and not file.read(1):
+                    self.dropped = "line 1: a torn header: dropped" if start else ""
+                    return 0
+                raise LogError(
+                    f"{self.path}: is a recording of another study (its header differs); record to another name"
+                )
+            keep = len(header)
+            for number, line in enumerate(file, start=2):
+                if not line.endswith(b"\n"):
+                    self.dropped = _torn(number, line)
+                    break
+                try:
+                    self._completed[str(told_line(line[:-1])["trial_id"])] = None
+                except (ValueError, TypeError, KeyError):
+                    # says which lines are damaged, this one among them
+                    load_recording(self.path)
+                    raise
+                keep += len(line)
+        return keep
 
 
 def load_recording(path: str | os.PathLike[str]) -> Recording:
@@ -182,39 +194,72 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     ['a']
     """
     source = Path(path)
-    try:
-        content = source.read_bytes()
-    except OSError as error:
-        raise LogError(f"{source}: cannot be read: {error.strerror}") from error
     faults = Faults()
-    lines = content.split(b"\n")
-    # a whole recording ends with a newline; what follows the last one was being written
-    torn = lines.pop()
-    if not lines:
-        raise LogError(f"{source}: is not a recording: it has no whole line")
-    if not any(LINE_PREFIX.encode() in line for line in lines):
-        raise LogError(f"{source}: is not a recording: none of its lines begins with a checksum")
     header: RecordingHeader | None = None
     trials: list[Trial] = []
-    for number, line in enumerate(lines, start=1):
-        try:
-            told = told_line(line)
-            if number == 1:
-                header = told_header(told)
-            elif header is not None:
-                trials.append(told_trial(told, header))
-        except (LogError, ValueError, TypeError, KeyError, IndexError, AttributeError) as error:
-            text = f"missing {error}" if isinstance(error, KeyError) else str(error)
-            faults.add(
-                Fault("damaged-line", text, "restore the line from a copy", file=source.name, line=number)
-            )
-            if number == 1:
-                break
+    # a trial is checked against the header once all are read: its line is needed then
+    lines: list[int] = []
+    dropped, number, known = "", 0, False
+    try:
+        with source.open("rb") as file:
+            for number, line in enumerate(file, start=1):
+                # a whole recording ends with a newline; what follows the last one was being written
+                if not line.endswith(b"\n"):
+                    dropped = _torn(number, line)
+                    number -= 1
+                    break
+                known = known or LINE_PREFIX.encode() in line
+                try:
+                    told = told_line(line[:-1])
+                    if number == 1:
+                        header = told_header(told)
+                    elif header is not None:
+                        trials.append(told_trial(told))
+                        lines.append(number)
+                except _DAMAGE as error:
+                    faults.add(_damaged(source, number, error))
+    except OSError as error:
+        raise LogError(f"{source}: cannot be read: {error.strerror}") from error
+    if not number:
+        raise LogError(f"{source}: is not a recording: it has no whole line")
+    if not known:
+        raise LogError(f"{source}: is not a recording: none of its lines begins with a checksum")
+    if header is not None:
+        _check_trials(header, trials, lines, source, faults)
     faults.raise_if_any(str(source))
     if header is None:
         raise LogError(f"{source}: is not a recording")
-    dropped = f"line {len(lines) + 1}: torn after {len(torn)} bytes: dropped" if torn else ""
     return Recording(header, tuple(trials), dropped)
+
+
+# whatever a line that was changed may lead to
+_DAMAGE = (LogError, ValueError, TypeError, KeyError, IndexError, AttributeError)
+_CHECKED_TOGETHER = 64
+
+
+def _check_trials(
+    header: RecordingHeader, trials: list[Trial], lines: list[int], source: Path, faults: Faults
+) -> None:
+    """Report trials that do not fit the header; many at a time, since nearly all of them do."""
+    for start in range(0, len(trials), _CHECKED_TOGETHER):
+        some = trials[start : start + _CHECKED_TOGETHER]
+        try:
+            log_of_recording(header, some)
+        except _DAMAGE:
+            for trial, number in zip(some, lines[start:], strict=False):
+                try:
+                    log_of_recording(header, [trial])
+                except _DAMAGE as error:
+                    faults.add(_damaged(source, number, error))
+
+
+def _damaged(source: Path, number: int, error: Exception) -> Fault:
+    text = f"missing {error}" if isinstance(error, KeyError) else str(error)
+    return Fault("damaged-line", text, "restore the line from a copy", file=source.name, line=number)
+
+
+def _torn(number: int, line: bytes) -> str:
+    return f"line {number}: torn after {len(line)} bytes: dropped"
 
 
 def read_recording(path: str | os.PathLike[str]) -> xr.Dataset:

@@ -191,8 +191,8 @@ def _unpacked(told: Mapping[str, Any]) -> Shaped[np.ndarray, "*_"]:
     return np.frombuffer(content, told["type"]).reshape(told["shape"]).astype(kind, copy=False)
 
 
-def told_trial(told: Mapping[str, Any], header: RecordingHeader) -> Trial:
-    """Return the trial that a line says, if it fits the header."""
+def told_trial(told: Mapping[str, Any]) -> Trial:
+    """Return the trial that a line says."""
     given = dict(told)
     for name in _SAMPLED:
         if name in given:
@@ -215,6 +215,4 @@ def told_trial(told: Mapping[str, Any], header: RecordingHeader) -> Trial:
         given["replans"] = ReplanTable(
             **{name: _unpacked(one) for name, one in given["replans"].items() if name in known}
         )
-    trial = Trial(**given)
-    log_of_recording(header, [trial])
-    return trial
+    return Trial(**given)

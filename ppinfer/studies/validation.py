@@ -23,12 +23,22 @@ from ppinfer.studies.motion_checks import (
     JUMP_FACTOR,
     Rows,
     check_logged,
+    check_marks,
     check_positions,
-    check_seen,
     check_time,
     goal_faults,
     jump_threshold,
     step_speeds,
+)
+from ppinfer.studies.planned_checks import (
+    DEEP,
+    ReplanPlaces,
+    check_costs,
+    check_planned_trials,
+    check_replan_times,
+    check_replans,
+    check_waypoints,
+    planned_rows,
 )
 from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.schema import DIGEST_ATTR
@@ -42,6 +52,7 @@ from ppinfer.studies.structure_checks import (
 )
 
 _BLOCK_SAMPLES = 500_000
+_BLOCK_DEEP = 4_000_000
 
 
 def validate_log(log: xr.Dataset | str | os.PathLike[str], *, progress: ProgressCallback = silent) -> Report:
@@ -95,6 +106,7 @@ class _Validation:
     warnings: Faults = field(default_factory=Faults)
     damaged: set[str] = field(default_factory=set)
     absences: GoalAbsences | None = None
+    places: ReplanPlaces | None = None
 
     def run(self) -> Report:
         sizes = {str(name): size for name, size in self.log.sizes.items()}
@@ -107,7 +119,9 @@ class _Validation:
         names = trial_names(self.log) if cut else ["?"]
         if cut:
             self._count_absences(usable, offsets)
+            self._check_planned(usable, names)
         self._check_samples(usable, offsets, names, cut)
+        self._check_deep(usable, names)
         needed = {
             "segment_trial",
             "segment_agent",
@@ -136,18 +150,19 @@ class _Validation:
         return Report.of(self.source, self.faults, self.warnings, sizes)
 
     def _load_still(self) -> set[str]:
-        """Read what is not along samples; return the names of all variables that can be read."""
+        """Read what is not along samples, waypoints or profiles; return the names of all that can be read."""
         readable, loaded = set(), {}
-        for name in map(str, self.log.variables):
-            if "sample" in self.log.variables[name].dims:
-                readable.add(name)
+        for name, variable in self.log.variables.items():
+            if not {"sample", *DEEP}.isdisjoint(variable.dims):
+                readable.add(str(name))
                 continue
-            values = self._read(name, slice(None))
+            values = self._read(str(name), slice(None))
             if values is not None:
-                readable.add(name)
-                if name not in self.log.coords:
-                    loaded[name] = (self.log[name].dims, values, self.log[name].attrs)
-        self.log = self.log.assign(loaded)
+                readable.add(str(name))
+                # what is in memory need not be put there
+                if name not in self.log.coords and self.digest is not None:
+                    loaded[name] = (variable.dims, values, variable.attrs)
+        self.log = self.log.assign(loaded) if loaded else self.log
         return readable
 
     def _read(self, name: str, rows: slice) -> Shaped[np.ndarray, "*_"] | None:
@@ -172,6 +187,46 @@ class _Validation:
             self.digest.update(name, values)
         return np.asarray(values)
 
+    def _check_planned(self, usable: set[str], names: list[str]) -> None:
+        check_planned_trials(self.log, usable, names, self.faults)
+        rows = planned_rows(self.log, usable, names, self.faults)
+        if rows is not None:
+            self.places = ReplanPlaces(rows, names)
+            check_replans(self.log, usable, self.places, self.faults)
+
+    def _check_deep(self, usable: set[str], names: list[str]) -> None:
+        """Read waypoints and profiles, a block of whole replans at a time where they can be cut."""
+        log = self.log
+        deep = {
+            dim: [str(name) for name, variable in log.variables.items() if dim in variable.dims]
+            for dim in DEEP
+        }
+        for dim, found in deep.items():
+            leading = [name for name in found if log.variables[name].dims[0] == dim]
+            for name in sorted(set(found) - set(leading)):
+                for slab in slabs(log, name):
+                    self._read(name, slab[0] if slab else slice(None))
+            for start, stop in self._deep_blocks(dim, log.sizes.get(dim, 0)):
+                block = {name: self._read(name, slice(start, stop)) for name in leading}
+                held = {name: values for name, values in block.items() if values is not None}
+                if self.places is None:
+                    continue
+                if dim == "waypoint" and {"waypoint_time", "waypoint_position"} <= set(held):
+                    check_waypoints(
+                        held["waypoint_time"], held["waypoint_position"], start, self.places, self.faults
+                    )
+                elif dim == "profile" and {"cost", "contact_time"} <= set(held):
+                    plans = log.variables["plan_row_size"].values
+                    check_costs(held["cost"], held["contact_time"], start, plans, self.places, self.faults)
+
+    def _deep_blocks(self, dim: str, total: int) -> Iterator[tuple[int, int]]:
+        if self.places is None:
+            yield from ((at, min(at + _BLOCK_DEEP, total)) for at in range(0, total, _BLOCK_DEEP))
+            return
+        rows = self.places.rows
+        edges = rows.profile if dim == "profile" else rows.waypoint[rows.plan]
+        yield from itertools.pairwise(edges[block_edges(np.diff(edges), _BLOCK_DEEP)].tolist())
+
     def _check_samples(self, usable: set[str], offsets: np.ndarray, names: list[str], cut: bool) -> None:
         log = self.log
         along = [str(name) for name in log.variables if "sample" in log.variables[name].dims]
@@ -190,6 +245,8 @@ class _Validation:
             block = {name: self._read(name, slice(start, stop)) for name in leading}
             held = {name: values for name, values in block.items() if values is not None and name in usable}
             self._check_block(held, agents, rows, cut)
+            if self.places is not None and "time" in held:
+                check_replan_times(held["time"], start, self.log, self.places, offsets, self.faults)
             if cut and agents and {"time", "position"} <= set(held):
                 speeds[:, start:stop] = step_speeds(held["time"], held["position"], first).T
             if self.absences is not None and "goal_present" in held:
@@ -225,13 +282,20 @@ class _Validation:
         if "time" in held and cut:
             check_time(held["time"], rows, faults)
         if "observed" in held:
-            check_seen(held["observed"], rows, faults)
+            check_marks("observed", held["observed"], rows, faults)
             if "position" in held and agents:
                 check_positions(held["position"], held["observed"], agents, rows, faults)
             for name in ("velocity", "control"):
                 if name in held and agents and f"has_{name}" in self.log.variables:
                     has = self.log[f"has_{name}"].values
                     check_logged(name, held[name], has, held["observed"], agents, rows, faults)
+        if "held" in held:
+            check_marks("held", held["held"], rows, faults)
+        if "end_effector" in held:
+            wild = np.flatnonzero(np.isinf(held["end_effector"]).any(axis=(1, 2)))
+            rows.report(
+                faults, "not-finite", "end_effector", wild, "is infinite", "NaN where it is not there"
+            )
         if {"goal_position", "goal_present"} <= set(held):
             for kind, column, wrong, message, remedy in goal_faults(
                 held["goal_position"], held["goal_present"]

@@ -9,7 +9,7 @@ from ppinfer.games.equilibria import finite_profiles, pure_equilibria, regret, u
 from ppinfer.games.gambit_reading import read_nfg
 from ppinfer.games.gambit_writing import write_nfg
 from ppinfer.games.game import Game
-from ppinfer.games.potential import Potential, potential
+from ppinfer.games.potentials import Potential, potential
 
 __all__ = [
     "Game",

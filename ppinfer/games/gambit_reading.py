@@ -1,4 +1,4 @@
-"""Reading strategic games from Gambit's ``.nfg`` files, which hold payoffs (to be maximised): a cost is a payoff's negative."""
+"""Reading strategic games from Gambit's ``.nfg`` files, which hold payoffs to be maximised: a cost is a negative one."""
 
 from __future__ import annotations
 

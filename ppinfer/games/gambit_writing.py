@@ -1,4 +1,4 @@
-"""Writing strategic games as Gambit's ``.nfg`` files, which hold payoffs (to be maximised): a cost's negative."""
+"""Writing strategic games as Gambit's ``.nfg`` files, which hold payoffs to be maximised: negative costs."""
 
 from __future__ import annotations
 

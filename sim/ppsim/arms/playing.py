@@ -308,7 +308,7 @@ class _Trial:
         plans = []
         for player, agent in enumerate(self.agents):
             if agent not in here:
-                plans.append(PlanSet.holding(agent, self.scene.tasks[agent].place_joints))
+                plans.append(PlanSet.holding(agent, self.scene.tasks[agent].place_joints[0]))
                 continue
             plans.append(
                 sample_plans(

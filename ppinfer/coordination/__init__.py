@@ -2,10 +2,19 @@
 
 from collections.abc import Callable
 
+from ppinfer.coordination.bayes_nash import BayesNash, LiteralBayesNash
 from ppinfer.coordination.defensive import Defensive
+from ppinfer.coordination.design import PlayDesign
 from ppinfer.coordination.equilibria import coordination_equilibria
+from ppinfer.coordination.evidence import PlayEvidence
+from ppinfer.coordination.history import PlayHistory
+from ppinfer.coordination.inference import infer_personality
+from ppinfer.coordination.literal_personality import LiteralPersonality
 from ppinfer.coordination.norm_nash import CommittedNormNash, NormNash
 from ppinfer.coordination.norms import MinNorm, Norm
+from ppinfer.coordination.oracle import OracleNash
+from ppinfer.coordination.personality import Personality
+from ppinfer.coordination.personality_model import PersonalityModel, PersonalityState
 from ppinfer.coordination.plans import PlanSet
 from ppinfer.coordination.policy import Decision, Policy
 from ppinfer.coordination.prediction import PlanPrediction
@@ -15,24 +24,45 @@ from ppinfer.coordination.situation import Motion, Situation
 
 #: Policies that commands know by name, each made by calling it; a new one is one small file and a line here.
 POLICIES: dict[str, Callable[..., Policy]] = {
-    policy.name: policy for policy in (Defensive, Selfish, NormNash, CommittedNormNash, BayesRisk)
+    policy.name: policy
+    for policy in (
+        Defensive,
+        Selfish,
+        NormNash,
+        CommittedNormNash,
+        BayesNash,
+        LiteralBayesNash,
+        BayesRisk,
+        OracleNash,
+    )
 }
 
 __all__ = [
     "POLICIES",
     "Anticipation",
+    "BayesNash",
     "BayesRisk",
     "CommittedNormNash",
     "Decision",
     "Defensive",
+    "LiteralBayesNash",
+    "LiteralPersonality",
     "MinNorm",
     "Motion",
     "Norm",
     "NormNash",
+    "OracleNash",
+    "Personality",
+    "PersonalityModel",
+    "PersonalityState",
     "PlanPrediction",
     "PlanSet",
+    "PlayDesign",
+    "PlayEvidence",
+    "PlayHistory",
     "Policy",
     "Selfish",
     "Situation",
     "coordination_equilibria",
+    "infer_personality",
 ]

@@ -67,4 +67,5 @@ def hold(situation: Situation, player: int, **learned: Any) -> Decision:
 def collisions(situation: Situation, player: int) -> Float[np.ndarray, " plan"]:
     """Return in how many profiles each of the player's plans collides."""
     cost = np.moveaxis(situation.game.costs[player], player, 0)
-    return np.isinf(cost).reshape(len(cost), -1).sum(axis=1).astype(np.float64)
+    count: np.ndarray = np.isinf(cost).reshape(len(cost), -1).sum(axis=1).astype(np.float64)
+    return count

@@ -17,9 +17,9 @@ from ppinfer.distributions import Distribution, Factor
 class Defensive(Policy):
     """Take the plan whose worst case over the others' plans costs least (11).
 
-    If every plan collides with some of the others' plans, take the one that collides with the fewest, and rather stay
-    put than move. Its distribution is over its own plans: uniform over those that are equally good. Ties go to the lowest
-    plan.
+    If every plan collides with some of the others' plans, take the one that collides with the fewest, rather staying
+    put than moving. Its distribution is over its own plans: uniform over those that are equally good. Ties go to the
+    lowest plan.
 
     Parameters
     ----------

@@ -26,8 +26,8 @@ class NormNash(Policy):
     dominance : {"weak", "strict"}
         Which equilibria count; see `coordination_equilibria`.
     samples, commits
-        As of every `Policy`. With `commits` it considers the rest of the plan that it is executing, so that it need not
-        change its mind whenever new plans are sampled.
+        As of every `Policy`. With `commits` it considers the rest of the plan that it is executing, so that it need
+        not change its mind whenever new plans are sampled.
 
     Examples
     --------

@@ -21,8 +21,8 @@ LARGEST = 1e30
 class Norm(ABC):
     """A distribution over the equilibria of a game that all agents share; subclasses are small frozen dataclasses.
 
-    A subclass says how much a profile weighs, `log_weights`; the rest follows. `ppinfer.testing.check_norm` holds it to
-    the laws.
+    A subclass says how much a profile weighs, `log_weights`; the rest follows. `ppinfer.testing.check_norm` holds it
+    to the laws.
 
     Examples
     --------
@@ -54,7 +54,8 @@ class Norm(ABC):
         costs : (player, *batch, *plans) float64
             Seconds, players first; inf is a collision.
         among : (*batch, *plans) bool
-            The profiles that count, usually the equilibria. Weights of others are ignored, and may be anything but NaN.
+            The profiles that count, usually the equilibria. Weights of others are ignored, and may be anything but
+            NaN.
 
         Returns
         -------

@@ -16,6 +16,12 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from ppinfer.testing.example_logs import example_log
+from ppinfer.testing.games import (
+    check_game_batch_equals_loop,
+    check_game_relabelling,
+    check_player_order,
+    check_pure_equilibria,
+)
 from ppinfer.testing.goals import check_likelihood
 from ppinfer.testing.laws import (
     check_batch_equals_loop,
@@ -30,6 +36,7 @@ from ppinfer.testing.laws_over_time import check_online_equals_offline, check_sm
 
 if TYPE_CHECKING:
     from ppinfer.testing.evidence_strategies import goal_evidences
+    from ppinfer.testing.game_strategies import costs, games
     from ppinfer.testing.log_strategies import logs
     from ppinfer.testing.strategies import (
         axes,
@@ -47,6 +54,8 @@ _LATER = dict.fromkeys(
     "ppinfer.testing.strategies",
 ) | {
     "goal_evidences": "ppinfer.testing.evidence_strategies",
+    "costs": "ppinfer.testing.game_strategies",
+    "games": "ppinfer.testing.game_strategies",
     "logs": "ppinfer.testing.log_strategies",
 }
 

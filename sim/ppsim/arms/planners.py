@@ -15,18 +15,18 @@ from ppsim.arms.geometry import Arm
 from ppsim.errors import SimulationError
 
 #: Planners by the name that OMPL gives them, with how often each may ask whether to go on before it must stop. Those
-#: that seek a path stop at the first; those that seek a short one (`star` and AORRTC) use up what they are given.
-PLANNERS = {
-    "RRT": 2000,
-    "RRTConnect": 2000,
-    "KPIECE1": 2000,
-    "RRTstar": 200,
-    "InformedRRTstar": 200,
-    "SORRTstar": 200,
-    "AORRTC": 200,
+#: that seek any path stop at the first; those that seek a short one use up what they are given.
+PLANNERS = {"RRT": 2000, "RRTConnect": 2000, "KPIECE1": 2000, "RRTstar": 200, "InformedRRTstar": 200}
+
+_THREADS = "decides in a second thread when it is done, so that a seed does not fix its path"
+# seen with OMPL 2.0.1 in a joint space without obstacles
+_REFUSED = {
+    "PRM": _THREADS,
+    "PRMstar": _THREADS,
+    "SORRTstar": "never returns where the straight line is the best path",
+    "AORRTC": "gives back paths that do not lead from the start to the goal",
+    "BITstar": "gives back paths that do not lead from the start to the goal",
 }
-# these decide in a second thread when they are done
-_UNREPEATABLE = ("PRM", "PRMstar")
 
 _ATTEMPTS = 20
 _LARGEST_SEED = 2**31 - 1
@@ -132,7 +132,9 @@ def _solve(
         solver.setup()
         solver.solve(PlannerTerminationCondition(_Countdown(budget)))
         if definition.hasExactSolution():
-            return [(state[0], state[1]) for state in definition.getSolutionPath().getStates()]
+            path = [(state[0], state[1]) for state in definition.getSolutionPath().getStates()]
+            if path[0] == tuple(start) and path[-1] == tuple(goal):
+                return path
     raise SimulationError(
         f"{solver.getName()} found no path from {start} to {goal} rad in {_ATTEMPTS} attempts of {budget} iterations; "
         "take a larger planner_range or another planner"
@@ -165,13 +167,9 @@ def _problem(limits: tuple[float, float]) -> _Problem:
 
 
 def _planner_class(name: str) -> Any:
-    if name in _UNREPEATABLE:
-        raise SimulationError(
-            f"{name} of OMPL decides in a second thread when it is done, so that a seed does not fix its path; take "
-            f"one of {', '.join(PLANNERS)}"
-        )
     if name not in PLANNERS:
-        raise SimulationError(f"there is no planner {name!r}; there are {', '.join(PLANNERS)}")
+        why = f"{name} {_REFUSED[name]}" if name in _REFUSED else f"there is no planner {name!r}"
+        raise SimulationError(f"{why}; take one of {', '.join(PLANNERS)}")
     from ompl import geometric
 
     return getattr(geometric, name)

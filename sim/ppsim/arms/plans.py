@@ -195,7 +195,7 @@ def _timed(
     """Time the edges of paths that lie end to end, leg after leg and plan after plan.
 
     The first vertex of every leg but the first is the last of the leg before, and goes; so do vertices that
-    repeat the one before.
+    repeat the one before, or are less than a nanosecond from it.
     """
     flat = sizes.ravel()
     leg = np.repeat(np.arange(len(flat)), flat)
@@ -204,6 +204,7 @@ def _timed(
     edge = np.zeros((len(flat), flat.max()))
     edge[leg[1:], column[1:]] = np.abs(vertices[1:] - vertices[:-1]).max(axis=1) / speed
     edge[:, 0] = 0.0
+    edge[edge < 1e-9] = 0.0
     so_far = np.cumsum(edge, axis=1)
     length = so_far[:, -1]
     steps = np.ceil(length / SAMPLE_TIME - 1e-9)

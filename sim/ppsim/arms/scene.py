@@ -105,9 +105,8 @@ class Scene:
 
         In each arm's own view (x towards the other arm, the origin in the middle of the table) the pick has x in
         [-.3, .3] m and the place x in [.1, .4] m; both |y| <= .5 m, .3 to .95 m from the own base, and more than .3 m
-        from each other. Nothing keeps the tasks of
-        different arms apart: what they make of that is the study's question. At home the arms are well clear of each
-        other.
+        from each other. Nothing keeps the tasks of different arms apart: what they make of that is the study's
+        question. At home the arms are well clear of each other.
 
         Parameters
         ----------

@@ -159,7 +159,11 @@ class _Seat:
         self.steps += 1
         if self.moves:
             self.followed += 1
+
+    def count_down(self) -> bool:
+        """Count a step of going home, held or not; return whether it was the last."""
         self.retreat = max(0, self.retreat - 1)
+        return self.retreat == 0
 
 
 def play(
@@ -242,6 +246,7 @@ class _Trial:
             if any(self.world.would_collide({agent: two[half] for agent, two in poses.items()}) for half in (0, 1)):
                 self.world.hold()
                 self._log(held=True)
+                self._count_down()
                 in_a_row, since = in_a_row + 1, self.every
                 if in_a_row == self.execution.stops_in_a_row:
                     self._send_home()
@@ -252,7 +257,9 @@ class _Trial:
                 self.seats[agent].advance()
             in_a_row, since = 0, since + 1
             self._log(held=False)
-            if self._arrive():
+            self._arrive()
+            if self._count_down():
+                # who came back from home has nothing to follow
                 since = self.every
         return Played(
             position=np.array(self.positions),
@@ -366,9 +373,8 @@ class _Trial:
         self.velocities.append(velocity)
         self.held.append(held)
 
-    def _arrive(self) -> bool:
-        """Let arms grasp and finish; return whether somebody has to decide anew before the time."""
-        due = False
+    def _arrive(self) -> None:
+        """Let arms grasp, and let them finish."""
         for agent in self.active:
             seat, task = self.seats[agent], self.scene.tasks[agent]
             tip = self.scene.arms[agent].end_effector(self.positions[-1][self.agents.index(agent)])
@@ -378,9 +384,10 @@ class _Trial:
             elif seat.holding and np.linalg.norm(tip - task.place) <= NEAR:
                 self.finish[agent] = (len(self.held) - 1) * DT
                 self.world.remove(agent)
-            # it came home, and has nothing to follow
-            due |= seat.retreat == 0 and 2 * seat.steps + 3 > len(seat.course)
-        return due
+
+    def _count_down(self) -> bool:
+        """Return whether somebody's time at home, or on the way there, is over."""
+        return any([self.seats[agent].count_down() for agent in self.active if self.seats[agent].retreat])
 
     def _send_home(self) -> None:
         agent = self.active[int(self.coins.integers(len(self.active)))]

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 
 from ppinfer.errors import LogError
 from ppinfer.studies.posterior import trial_starts
+from ppinfer.studies.schema import FORMAT
 
 
 @dataclass(frozen=True)
@@ -56,6 +57,26 @@ class TrialData:
         return np.flatnonzero(present | (self.probability.max(axis=0) > 0)).tolist()
 
 
+def trial_index(dataset: xr.Dataset, trial: str | int) -> int:
+    """Return the index of a trial of a posterior or log, given its name or its index.
+
+    Raises
+    ------
+    LogError
+        If there is no such trial.
+    """
+    names = [str(name) for name in dataset["trial_id"].values]
+    if isinstance(trial, str) and trial not in names:
+        holder = "log" if dataset.attrs.get("ppinfer_format") == FORMAT else "posterior"
+        raise LogError(
+            f"unknown trial {trial!r}; the {holder} has {len(names)}: "
+            f"{', '.join(map(repr, names[:10]))}{', ...' * (len(names) > 10)}"
+        )
+    if not isinstance(trial, str) and not 0 <= trial < len(names):
+        raise LogError(f"trial {trial} of {len(names)}")
+    return names.index(trial) if isinstance(trial, str) else trial
+
+
 def read_trial(posterior: xr.Dataset, trial: str | int) -> TrialData:
     """Read one trial of a posterior, by its name or its index.
 
@@ -64,15 +85,7 @@ def read_trial(posterior: xr.Dataset, trial: str | int) -> TrialData:
     LogError
         If there is no such trial.
     """
-    names = [str(name) for name in posterior["trial_id"].values]
-    if isinstance(trial, str) and trial not in names:
-        raise LogError(
-            f"unknown trial {trial!r}; the posterior has {len(names)}: "
-            f"{', '.join(map(repr, names[:10]))}{', ...' * (len(names) > 10)}"
-        )
-    if not isinstance(trial, str) and not 0 <= trial < len(names):
-        raise LogError(f"trial {trial} of {len(names)}")
-    index = names.index(trial) if isinstance(trial, str) else trial
+    index = trial_index(posterior, trial)
     first = int(trial_starts(posterior)[index])
     samples = slice(first, first + int(posterior["row_size"].values[index]))
     n_samples = samples.stop - samples.start
@@ -85,7 +98,7 @@ def read_trial(posterior: xr.Dataset, trial: str | int) -> TrialData:
     members = np.flatnonzero(posterior["segment_trial"].values == index)
     labels = posterior["true_goal"].values
     return TrialData(
-        trial_id=names[index],
+        trial_id=str(posterior["trial_id"].values[index]),
         participant=str(posterior["participant"].values[index]),
         goals=tuple(goals),
         units=str(posterior["position"].attrs.get("units", "m")),

@@ -12,7 +12,7 @@ from ppinfer.coordination.personality import Personality
 from ppinfer.coordination.personality_model import PersonalityModel, PersonalityState
 from ppinfer.coordination.policy import Decision, Policy
 from ppinfer.coordination.situation import Situation
-from ppinfer.distributions import Factor
+from ppinfer.distributions import Distribution
 from ppinfer.games.equilibria import indicator
 
 
@@ -57,8 +57,9 @@ class BayesNash(Policy):
             return hold(situation, player, belief=state.belief, memory=state)
         game = situation.game
         p_n = self.norm.probabilities(game, indicator(game, state.equilibria))
-        p = Factor(game.plans, p_n.log_values + state.log_p_alpha)
-        distribution = p.normalize(*(axis.name for axis in game.plans))
+        distribution = Distribution._normalised(
+            game.plans, p_n.log_values + state.log_p_alpha, ("random",) * len(game.plans)
+        )
         return decide_by(situation, distribution, player, belief=state.belief, memory=state)
 
 

@@ -10,7 +10,8 @@ from jaxtyping import Bool, Float
 
 from ppinfer.coordination.policy import Decision
 from ppinfer.coordination.situation import Situation
-from ppinfer.distributions import Distribution, Factor
+from ppinfer.distributions import Distribution
+from ppinfer.distributions.logspace import log_indicator
 
 TIE = 1e-9
 """Costs (s) and log probabilities that differ by less are the same but for rounding."""
@@ -29,6 +30,8 @@ def best_profile(
     (1, 0)
     """
     best = log_values >= log_values.max() - TIE
+    if np.count_nonzero(best) == 1:
+        return tuple(int(place) for place in np.unravel_index(int(best.argmax()), best.shape))
     own = np.where(best, own_cost, math.inf)
     best = own <= own.min() + TIE
     order = (player, *(other for other in range(best.ndim) if other != player))
@@ -47,7 +50,7 @@ def decide_by(situation: Situation, distribution: Distribution, player: int, **l
 def uniform_over(situation: Situation, mask: Bool[np.ndarray, "..."]) -> Distribution:
     """Return the distribution over profiles that is uniform where the mask is true."""
     axes = situation.game.plans
-    return Factor.from_mask(axes, mask).normalize(*(axis.name for axis in axes))
+    return Distribution._normalised(axes, log_indicator(mask), ("random",) * len(axes))
 
 
 def hold(situation: Situation, player: int, **learned: Any) -> Decision:

@@ -11,6 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ppinfer.distributions import Distribution, Factor
+from ppinfer.distributions.layout import Kinds
 from ppinfer.errors import ModelError
 from ppinfer.games import Game
 
@@ -85,9 +86,9 @@ class Norm(ABC):
         """
         mask = among_mask(game, among)
         weights = np.where(mask, self.log_weights(costs_by_player(game), mask), -math.inf)
-        return Factor(game.axes, weights).normalize(
-            *(axis.name for axis in game.plans), batch=[axis.name for axis in game.batch]
-        )
+        kinds: Kinds = ("batch",) * len(game.batch) + ("random",) * len(game.plans)
+        # a norm of the user's own may return anything: Factor names the cell that is NaN
+        return Distribution._normalised(game.axes, Factor(game.axes, weights).log_values, kinds)
 
 
 def among_mask(game: Game, among: Factor) -> Bool[np.ndarray, "..."]:

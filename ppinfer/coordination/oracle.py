@@ -72,7 +72,7 @@ class OracleNash(Policy):
             if asked.profile is None:
                 told[player] = True
             else:
-                cost = game.costs[(slice(None), *asked.profile)]
+                cost = np.array([own[asked.profile] for own in game.costs])
                 told |= cost == cost.min()
         belief = Factor.from_mask([Axis("theta", situation.agents)], told).normalize("theta")
         if not equilibria.any():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -18,7 +18,7 @@ from ppinfer.coordination.evidence import PlayEvidence
 from ppinfer.coordination.history import PlayHistory
 from ppinfer.coordination.situation import Situation
 from ppinfer.distributions import Axis, Distribution, Factor
-from ppinfer.distributions.logspace import log_of, log_sum_exp
+from ppinfer.distributions.logspace import log_of
 from ppinfer.errors import ImpossibleEvidenceError
 from ppinfer.games import Game
 from ppinfer.games.equilibria import Dominance
@@ -142,7 +142,7 @@ class PersonalityModel(ABC):
 
     def theta(self, agents: Sequence[str]) -> Axis:
         """Return the axis of personalities: whom equilibria favour, and ``fair`` where that is a class."""
-        return Axis("theta", [*agents, *([] if self.fair_within is None else [FAIR])])
+        return _theta_axis(tuple(agents), self.fair_within is not None)
 
     def favoured(
         self, costs: Float[np.ndarray, "player ..."], among: Bool[np.ndarray, "..."]
@@ -167,14 +167,13 @@ class PersonalityModel(ABC):
             return np.full(count, -np.log(count))
         if self.stay == 1.0:
             return state.log_belief
-        return log_sum_exp(state.log_belief[:, None] + self._log_transition(len(state.log_belief)), (0,))
+        moves = state.log_belief[:, None] + self._log_transition(len(state.log_belief))
+        moved: np.ndarray = np.logaddexp.reduce(moves, axis=0)
+        return moved
 
     def _log_transition(self, count: int) -> Float[np.ndarray, "theta next_theta"]:
         """Return the log of the sticky transition."""
-        leave = (1.0 - self.stay) / (count - 1)
-        transition = np.full((count, count), leave)
-        np.fill_diagonal(transition, self.stay)
-        return log_of(transition)
+        return _log_sticky(self.stay, count)
 
     def _state(
         self,
@@ -212,3 +211,15 @@ class PersonalityModel(ABC):
             classes = self.favoured(situation.game.costs, equilibria)
         theta = self.theta(situation.agents)
         return PersonalityState(theta, belief, situation.game, equilibria, classes, uninformed, memory)
+
+
+@lru_cache(maxsize=16)
+def _log_sticky(stay: float, count: int) -> Float[np.ndarray, "theta next_theta"]:
+    transition = np.full((count, count), (1.0 - stay) / (count - 1))
+    np.fill_diagonal(transition, stay)
+    return log_of(transition)
+
+
+@lru_cache(maxsize=16)
+def _theta_axis(agents: tuple[str, ...], fair: bool) -> Axis:
+    return Axis("theta", [*agents, *([FAIR] if fair else [])])

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from ppinfer.coordination.classes import contaminated, log_class_likelihood
+from ppinfer.coordination.classes import log_class_likelihood
 from ppinfer.coordination.plans import PlanSet
 from ppinfer.coordination.situation import Motion
 
@@ -36,7 +36,7 @@ class Reading:
     average, skip_empty : bool
         See `log_class_likelihood`.
     contamination : float
-        See `contaminated`.
+        See `log_class_likelihood`.
     """
 
     rationality: float
@@ -99,17 +99,20 @@ class Reading:
                 continue
             shape = (replans, *(of_plan.shape[1] if axis == agent else 1 for axis in range(grid)))
             total = of_plan.reshape(shape) if total is None else total + of_plan.reshape(shape)
-        distance = np.sqrt(np.zeros(among.shape) if total is None else np.broadcast_to(total, among.shape))
+        log_profile = np.zeros(among.shape)
+        if total is not None:
+            log_profile -= self.rationality * np.sqrt(total)
         likelihood = log_class_likelihood(
-            -self.rationality * distance.reshape(replans, -1),
+            log_profile.reshape(replans, -1),
             classes.reshape(len(classes), replans, -1),
             among.reshape(replans, -1),
             average=self.average,
             skip_empty=self.skip_empty,
+            contamination=self.contamination,
         )
         if self.reanchor and silent.any():
-            likelihood = np.where(silent, 0.0, likelihood)
-        return contaminated(likelihood, self.contamination).T
+            likelihood[silent] = 0.0
+        return likelihood
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,12 +146,10 @@ class Anchor:
             if far is None or not len(sample):
                 squared.append(far)
                 continue
-            state = motion.position[sample, agent]
-            known = ~np.isnan(state).any(axis=1)
-            if not known.all():
-                state, when = state[known], times[known]
-            else:
-                when = times
+            state, when, these = motion.position[sample, agent], times, sample
+            if np.isnan(state.sum()):
+                known = ~np.isnan(state).any(axis=1)
+                state, when, these = state[known], times[known], sample[known]
             if not len(when):
                 squared.append(far)
                 continue
@@ -156,7 +157,7 @@ class Anchor:
             where, speed = self.plans[agent]._sampled(when)
             further = squared_norm(where - state)
             if reading.velocities:
-                further = further + squared_norm(speed - motion.velocity[sample, agent][known])
+                further = further + squared_norm(speed - motion.velocity[these, agent])
             squared.append(far + further)
         return replace(self, squared=tuple(squared), steps=self.steps + steps), seen
 

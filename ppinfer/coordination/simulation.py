@@ -81,7 +81,7 @@ def _played(
         theta = design.theta[anchors]
         astray = rng.random(len(anchors)) < reading.contamination
         theta = np.where(astray, rng.integers(len(classes), size=len(anchors)), theta)
-        empty = ~flat.any(axis=2)
+        empty: np.ndarray = ~flat.any(axis=2)
         # of the classes that are not empty, the one that a random key ranks first
         key = np.where(empty, -1.0, rng.random(empty.shape))
         theta = np.where(empty[theta, np.arange(len(anchors))], key.argmax(axis=0), theta)

@@ -16,7 +16,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from ppinfer.testing.example_logs import example_log
-from ppinfer.testing.games import (
+from ppinfer.testing.game_laws import (
     check_game_batch_equals_loop,
     check_game_relabelling,
     check_player_order,
@@ -71,17 +71,23 @@ __all__ = [
     "axis_sets",
     "check_batch_equals_loop",
     "check_chain_rule",
+    "check_game_batch_equals_loop",
+    "check_game_relabelling",
     "check_ignorance",
     "check_likelihood",
     "check_normalisation",
     "check_online_equals_offline",
     "check_order_of_evidence",
+    "check_player_order",
+    "check_pure_equilibria",
     "check_relabelling",
     "check_scale",
     "check_smoother",
+    "costs",
     "distributions",
     "example_log",
     "factors",
+    "games",
     "goal_evidences",
     "log_weights",
     "logs",

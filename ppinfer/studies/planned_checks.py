@@ -49,10 +49,11 @@ class ReplanPlaces:
 
     def replan_of(self, dim: str, row: Int[np.ndarray, " row"]) -> Int[np.ndarray, " row"]:
         """Return the replan of some waypoints or profiles."""
-        if dim == "profile":
-            return np.searchsorted(self.rows.profile, row, side="right") - 1
-        plan = np.searchsorted(self.rows.waypoint, row, side="right") - 1
-        return np.searchsorted(self.rows.plan, plan, side="right") - 1
+        edges = self.rows.profile
+        if dim == "waypoint":
+            row = np.searchsorted(self.rows.waypoint, row, side="right") - 1
+            edges = self.rows.plan
+        return np.asarray(np.searchsorted(edges, row, side="right") - 1)
 
 
 def planned_rows(log: xr.Dataset, usable: set[str], names: list[str], faults: Faults) -> PlannedRows | None:
@@ -208,7 +209,7 @@ def normalised(log_posterior: Float[np.ndarray, "replan theta"]) -> Bool[np.ndar
 def _late(
     sample: Int[np.ndarray, " replan"], agent: Shaped[np.ndarray, " replan"], rows: PlannedRows
 ) -> Bool[np.ndarray, " replan"]:
-    late = np.zeros(sample.size, bool)
+    late: np.ndarray = np.zeros(sample.size, bool)
     trial = np.repeat(np.arange(rows.replan.size - 1), np.diff(rows.replan))
     late[1:] = (trial[1:] == trial[:-1]) & (sample[1:] < sample[:-1])
     # one agent's replans follow each other strictly

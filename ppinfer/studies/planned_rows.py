@@ -63,10 +63,10 @@ class PlannedRows:
         """Return where each trial begins along ``replan``, ``plan``, ``waypoint`` or ``profile``."""
         if dim == "replan":
             return self.replan
-        if dim == "profile":
-            return self.profile[self.replan]
-        plan = self.plan[self.replan]
-        return plan if dim == "plan" else self.waypoint[plan]
+        edges: np.ndarray = self.profile[self.replan] if dim == "profile" else self.plan[self.replan]
+        if dim == "waypoint":
+            edges = self.waypoint[edges]
+        return edges
 
     @property
     def sizes(self) -> dict[str, int]:

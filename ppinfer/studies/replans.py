@@ -191,7 +191,8 @@ class ReplanTable:
                 column = at[plans.agent]
                 if plans.position.shape[1] != space:
                     raise LogError(
-                        f"{where}: plans of {plans.agent!r} have {plans.position.shape[1]} coordinates; the log has {space}"
+                        f"{where}: plans of {plans.agent!r} have {plans.position.shape[1]} coordinates; the "
+                        f"log has {space}"
                     )
                 row_size[number, column] = len(plans)
                 static[number, column] = -1 if plans.static is None else plans.static

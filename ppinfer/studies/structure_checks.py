@@ -59,7 +59,7 @@ def check_structure(log: xr.Dataset, faults: Faults) -> set[str]:
         found = log["control"].attrs.get("quantity")
         message = f"its attribute quantity is {found!r}; expected one of {', '.join(CONTROL_QUANTITIES)}"
         faults.add(Fault("control-quantity", message, "say what the control is", column="control"))
-    for name in ("agent", "space", "goal", "trial_id"):
+    for name in ("agent", "space", "goal", "theta", "table", "trial_id"):
         if name in usable:
             _check_unique(name, log[name].values, faults)
     return usable
@@ -98,7 +98,7 @@ def _is_well_formed(name: str, variable: xr.Variable, faults: Faults) -> bool:
 
 
 def _check_unique(name: str, labels: np.ndarray, faults: Faults) -> None:
-    if labels.size == 0 and name in ("agent", "space", "trial_id"):
+    if labels.size == 0 and name in ("agent", "space", "theta", "trial_id"):
         faults.add(Fault("empty", "there is none", "a log has at least one", column=name))
     _, first, counts = np.unique(labels.astype(str), return_index=True, return_counts=True)
     repeated = np.sort(first[counts > 1])

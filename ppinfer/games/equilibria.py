@@ -47,18 +47,18 @@ def pure_equilibria(game: Game) -> Factor:
            [0., 1.]])
     """
     costs, lead = game.costs, len(game.batch)
+    shape = costs.shape[:lead] + costs.shape[lead + 1 :]
     if len(game.players) == 2:
-        from ppinfer.games.scans import pure_mask2
+        from ppinfer.games.scans import pure_log_indicator2
 
-        mask = pure_mask2(costs.reshape(-1, *costs.shape[lead:]))
-        mask = mask.reshape(costs.shape[:lead] + costs.shape[lead + 1 :])
-    else:
-        mask = np.ones(costs.shape[:lead] + costs.shape[lead + 1 :], bool)
-        for player in range(len(game.players)):
-            own = costs[(slice(None),) * lead + (player,)]
-            mask &= own <= own.min(axis=lead + player, keepdims=True)
-    if game.present is not None:
-        mask &= game.present
+        log_values = pure_log_indicator2(costs.reshape(-1, *costs.shape[lead:])).reshape(shape)
+        if game.present is not None:
+            log_values[~game.present] = -math.inf
+        return Factor._trusted(game.axes, log_values)
+    mask = np.ones(shape, bool) if game.present is None else game.present.copy()
+    for player in range(len(game.players)):
+        own = costs[(slice(None),) * lead + (player,)]
+        mask &= own <= own.min(axis=lead + player, keepdims=True)
     return indicator(game, mask)
 
 
@@ -164,7 +164,8 @@ def undominated(game: Game, among: Factor, *, dominance: Dominance = "weak") -> 
 
     if among.axes != game.axes:
         among = among.align(*game.axes)
-    mask = among.log_values > -math.inf
+    # in C order, which values laid out anew need not have
+    mask = np.greater(among.log_values, -math.inf, order="C")
     if game.present is not None:
         mask &= game.present
     costs, players = game.costs, len(game.players)

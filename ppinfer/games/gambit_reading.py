@@ -1,4 +1,4 @@
-"""Reading strategic games from Gambit's ``.nfg`` files, which hold payoffs to be maximised: a cost is a negative one."""
+"""Reading strategic games from Gambit's ``.nfg`` files; these hold payoffs to be maximised, and a cost is minus one."""
 
 from __future__ import annotations
 

@@ -23,30 +23,21 @@ _MASK_3 = _read_only(types.boolean, 3)
 
 
 @numba.njit(
-    types.boolean[:, :, ::1](_COSTS_4),
+    [
+        types.void(_COSTS_4, types.boolean, types.boolean, types.boolean[:, :, ::1]),
+        types.void(_COSTS_4, types.float64, types.float64, types.float64[:, :, ::1]),
+    ],
     cache=True,
     nogil=True,
     # costs are no NaN, and -0.0 = 0.0: then the least of a row may be sought in any order
     fastmath={"nnan", "nsz"},
 )
-def pure_mask2(costs):  # type: ignore[no-untyped-def]
-    """Return which profiles of two-player games are pure equilibria.
-
-    Parameters
-    ----------
-    costs : (game, 2, m, n) float64
-        Without NaN or -inf; inf is allowed.
-
-    Returns
-    -------
-    (game, m, n) bool
-        True where neither player's cost is above that of its best reply (inf is not above inf).
-    """
+def _mark_pure2(costs, yes, no, out):  # type: ignore[no-untyped-def]
+    """Write `yes` at the pure equilibria of two-player games, and `no` elsewhere, in one pass over the costs."""
     games, _, m, n = costs.shape
-    mask = np.empty((games, m, n), np.bool_)
     best = np.empty(n)
     for game in range(games):
-        first, second, marked = costs[game, 0], costs[game, 1], mask[game]
+        first, second, marked = costs[game, 0], costs[game, 1], out[game]
         for j in range(n):
             best[j] = first[0, j]
         for i in range(1, m):
@@ -57,8 +48,44 @@ def pure_mask2(costs):  # type: ignore[no-untyped-def]
             for j in range(1, n):
                 least = min(least, second[i, j])
             for j in range(n):
-                marked[i, j] = (first[i, j] <= best[j]) & (second[i, j] <= least)
+                marked[i, j] = yes if (first[i, j] <= best[j]) & (second[i, j] <= least) else no
+
+
+def pure_mask2(costs: np.ndarray) -> np.ndarray:
+    """Return which profiles of two-player games are pure equilibria.
+
+    Parameters
+    ----------
+    costs : (game, 2, m, n) float64, C order
+        Without NaN or -inf; inf is allowed.
+
+    Returns
+    -------
+    (game, m, n) bool
+        True where neither player's cost is above that of its best reply (inf is not above inf).
+
+    Examples
+    --------
+    >>> pure_mask2(np.array([[[[1.0, np.inf]], [[2.0, 3.0]]]]))
+    array([[[ True, False]]])
+    """
+    # NumPy's memory, which is handed out in large pages
+    mask = np.empty((len(costs), *costs.shape[2:]), np.bool_)
+    _mark_pure2(costs, True, False, mask)
     return mask
+
+
+def pure_log_indicator2(costs: np.ndarray) -> np.ndarray:
+    """Return `pure_mask2` as log values: 0 at the equilibria, -inf elsewhere.
+
+    Examples
+    --------
+    >>> pure_log_indicator2(np.array([[[[1.0, np.inf]], [[2.0, 3.0]]]]))
+    array([[[  0., -inf]]])
+    """
+    log_values = np.empty((len(costs), *costs.shape[2:]))
+    _mark_pure2(costs, 0.0, -np.inf, log_values)
+    return log_values
 
 
 @numba.njit(types.boolean[:, ::1](_COSTS_3, _MASK_2, types.boolean), cache=True, nogil=True)

@@ -53,7 +53,7 @@ def contact_tables(
     >>> waits = PlanSet("human", [1], [0.0], [[0.0, 0.0]], static=0)
     >>> collision, contact = contact_tables([ARMS["robot"], ARMS["human"]], [reaches, waits])
     >>> collision.ravel().round(1), contact.ravel().round(1)
-    (array([3.5, inf]), array([3.5, inf]))
+    (array([ 2., inf]), array([1.7, inf]))
     """
     if len(arms) != 2 or len(plans) != 2:
         raise SimulationError(f"expected two arms and their plans; got {len(arms)} and {len(plans)}")
@@ -99,8 +99,8 @@ def clearance_between(arms: Sequence[Arm], one: Any, two: Any) -> Float[np.ndarr
     --------
     >>> from ppsim.arms.geometry import ARMS
     >>> arms = [ARMS["robot"], ARMS["human"]]
-    >>> clearance_between(arms, arms[0].home, arms[1].home).round(3)
-    array(0.582)
+    >>> float(clearance_between(arms, arms[0].home, arms[1].home).round(3))
+    0.582
     """
     from ppsim.arms.scans import clearances
 

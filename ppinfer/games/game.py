@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -221,7 +220,7 @@ def plan_axes(players: Sequence[str], labels: Sequence[Any]) -> tuple[Axis, ...]
     axes: list[Axis] = []
     for player, some in zip(players, labels, strict=True):
         # a plan axis is picked by keyword, but a player may be called "Player 2"
-        stem = re.sub(r"\W", "_", player)
+        stem = "".join(letter if f"_{letter}".isidentifier() else "_" for letter in player)
         name = f"{stem}_plan" if f"{stem}_plan".isidentifier() else f"player_{stem}_plan"
         while any(axis.name == name for axis in axes):
             name = f"{name}_{len(axes) + 1}"

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from ppinfer.distributions import Axis, Distribution
 from ppinfer.errors import GameError
 from ppinfer.games.game import Game
-from ppinfer.games.logit_branch import LogitSystem, trace
+from ppinfer.games.continuation import LogitSystem, trace
 from ppinfer.games.strategies import expected_costs, finite_costs, product_of, whole_plans
 
 

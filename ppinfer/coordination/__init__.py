@@ -5,11 +5,15 @@ from collections.abc import Callable
 from ppinfer.coordination.bayes_nash import BayesNash, LiteralBayesNash
 from ppinfer.coordination.defensive import Defensive
 from ppinfer.coordination.design import PlayDesign
+from ppinfer.coordination.distances import Distance, Euclidean, RootMeanSquare, TimeWarping
+from ppinfer.coordination.dominance_norm import RiskDominant
 from ppinfer.coordination.equilibria import coordination_equilibria
 from ppinfer.coordination.evidence import PlayEvidence
 from ppinfer.coordination.history import PlayHistory
 from ppinfer.coordination.inference import infer_personality
+from ppinfer.coordination.likelihood import TrajectoryLikelihood
 from ppinfer.coordination.literal_personality import LiteralPersonality
+from ppinfer.coordination.mixture_norm import MixtureNorm
 from ppinfer.coordination.norm_nash import CommittedNormNash, NormNash
 from ppinfer.coordination.norms import MinNorm, Norm
 from ppinfer.coordination.oracle import OracleNash
@@ -18,9 +22,11 @@ from ppinfer.coordination.personality_model import PersonalityModel, Personality
 from ppinfer.coordination.plans import PlanSet
 from ppinfer.coordination.policy import Decision, Policy
 from ppinfer.coordination.prediction import PlanPrediction
-from ppinfer.coordination.risk import Anticipation, BayesRisk
+from ppinfer.coordination.predictive_personality import PredictivePersonality
+from ppinfer.coordination.risk import BayesRisk
 from ppinfer.coordination.selfish import Selfish
 from ppinfer.coordination.situation import Motion, Situation
+from ppinfer.coordination.welfare_norms import Egalitarian, UniformNorm, Utilitarian
 
 #: Policies that commands know by name, each made by calling it; a new one is one small file and a line here.
 POLICIES: dict[str, Callable[..., Policy]] = {
@@ -37,17 +43,26 @@ POLICIES: dict[str, Callable[..., Policy]] = {
     )
 }
 
+#: Norms by name, for configuration.
+NORMS: dict[str, Callable[..., Norm]] = {
+    norm.name: norm for norm in (MinNorm, Utilitarian, Egalitarian, RiskDominant, UniformNorm)
+}
+
 __all__ = [
+    "NORMS",
     "POLICIES",
-    "Anticipation",
     "BayesNash",
     "BayesRisk",
     "CommittedNormNash",
     "Decision",
     "Defensive",
+    "Distance",
+    "Egalitarian",
+    "Euclidean",
     "LiteralBayesNash",
     "LiteralPersonality",
     "MinNorm",
+    "MixtureNorm",
     "Motion",
     "Norm",
     "NormNash",
@@ -61,8 +76,15 @@ __all__ = [
     "PlayEvidence",
     "PlayHistory",
     "Policy",
+    "PredictivePersonality",
+    "RiskDominant",
+    "RootMeanSquare",
     "Selfish",
     "Situation",
+    "TimeWarping",
+    "TrajectoryLikelihood",
+    "UniformNorm",
+    "Utilitarian",
     "coordination_equilibria",
     "infer_personality",
 ]

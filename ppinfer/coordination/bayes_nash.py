@@ -7,12 +7,11 @@ from typing import ClassVar
 
 from ppinfer.coordination.choice import decide_by, hold
 from ppinfer.coordination.literal_personality import LiteralPersonality
-from ppinfer.coordination.norms import MinNorm, Norm
+from ppinfer.coordination.norms import MinNorm, Norm, over_profiles
 from ppinfer.coordination.personality import Personality
 from ppinfer.coordination.personality_model import PersonalityModel, PersonalityState
 from ppinfer.coordination.policy import Decision, Policy
 from ppinfer.coordination.situation import Situation
-from ppinfer.distributions import Distribution
 from ppinfer.games.equilibria import indicator
 
 
@@ -57,9 +56,7 @@ class BayesNash(Policy):
             return hold(situation, player, belief=state.belief, memory=state)
         game = situation.game
         p_n = self.norm.probabilities(game, indicator(game, state.equilibria))
-        distribution = Distribution._normalised(
-            game.plans, p_n.log_values + state.log_p_alpha, ("random",) * len(game.plans)
-        )
+        distribution = over_profiles(game, p_n.log_values + state.log_p_alpha)
         return decide_by(situation, distribution, player, belief=state.belief, memory=state)
 
 

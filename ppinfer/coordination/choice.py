@@ -6,12 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from ppinfer.coordination.policy import Decision
 from ppinfer.coordination.situation import Situation
 from ppinfer.distributions import Distribution
-from ppinfer.distributions.logspace import log_indicator
 
 TIE = 1e-9
 """Costs (s) and log probabilities that differ by less are the same but for rounding."""
@@ -45,12 +44,6 @@ def decide_by(situation: Situation, distribution: Distribution, player: int, **l
     """Return the decision for the player's part of the most probable profile."""
     profile = best_profile(distribution.log_values, situation.game.costs[player], player)
     return Decision(profile[player], distribution, profile, **learned)
-
-
-def uniform_over(situation: Situation, mask: Bool[np.ndarray, "..."]) -> Distribution:
-    """Return the distribution over profiles that is uniform where the mask is true."""
-    axes = situation.game.plans
-    return Distribution._normalised(axes, log_indicator(mask), ("random",) * len(axes))
 
 
 def hold(situation: Situation, player: int, **learned: Any) -> Decision:

@@ -15,6 +15,9 @@ from ppinfer.distributions.layout import Kinds
 from ppinfer.errors import ModelError
 from ppinfer.games import Game
 
+_BATCH: Kinds = ("batch",)
+_RANDOM: Kinds = ("random",)
+
 LARGEST = 1e30
 """Bound of a rationality: products with costs must stay numbers."""
 
@@ -86,9 +89,15 @@ class Norm(ABC):
         """
         mask = among_mask(game, among)
         weights = np.where(mask, self.log_weights(costs_by_player(game), mask), -math.inf)
-        kinds: Kinds = ("batch",) * len(game.batch) + ("random",) * len(game.plans)
         # a norm of the user's own may return anything: Factor names the cell that is NaN
-        return Distribution._normalised(game.axes, Factor(game.axes, weights).log_values, kinds)
+        return over_profiles(game, Factor(game.axes, weights).log_values)
+
+
+def over_profiles(game: Game, log_values: Float[np.ndarray, "..."]) -> Distribution:
+    """Return the distribution over a game's profiles that is proportional to some values; batch axes stay."""
+    return Distribution._normalised(
+        game.axes, log_values, _BATCH * len(game.batch) + _RANDOM * len(game.plans)
+    )
 
 
 def among_mask(game: Game, among: Factor) -> Bool[np.ndarray, "..."]:

@@ -43,7 +43,7 @@ class OracleNash(Policy):
     --------
     >>> from ppinfer.coordination import OracleNash, PlanSet, Selfish, Situation
     >>> robot = PlanSet("robot", [2, 1], [0.0, 2.0, 0.0], [[0.0], [1.0], [0.0]], static=1)
-    >>> human = PlanSet("human", [2, 1], [0.0, 4.0, 0.0], [[0.0], [1.0], [0.0]], static=1)
+    >>> human = PlanSet("human", [2, 1], [0.0, 2.5, 0.0], [[0.0], [1.0], [0.0]], static=1)
     >>> situation = Situation.from_contacts([robot, human], [[1.5, np.inf], [np.inf, np.inf]])
     >>> OracleNash(other=Selfish()).decide(situation, "robot").profile
     (1, 0)

@@ -77,7 +77,7 @@ class Personality(PersonalityModel):
     >>> from ppinfer.coordination import Motion, Personality, PlanSet, Situation
     >>> def see(motion=None):
     ...     robot = PlanSet("robot", [2, 1], [0.0, 2.0, 0.0], [[0.0], [1.0], [0.0]], static=1)
-    ...     human = PlanSet("human", [2, 1], [0.0, 4.0, 0.0], [[0.0], [1.0], [0.0]], static=1)
+    ...     human = PlanSet("human", [2, 1], [0.0, 2.5, 0.0], [[0.0], [1.0], [0.0]], static=1)
     ...     return Situation.from_contacts([robot, human], [[1.5, np.inf], [np.inf, np.inf]], motion=motion)
     >>> state = Personality().observe(see(), "robot", None)
 
@@ -86,7 +86,7 @@ class Personality(PersonalityModel):
     >>> moved = np.linspace([[0.0], [0.0]], [[0.0], [0.2]], 9)
     >>> motion = Motion(moved, np.zeros_like(moved), np.zeros(9, bool))
     >>> Personality().observe(see(motion), "robot", state).belief.values.round(3)
-    array([0.134, 0.866])
+    array([0.318, 0.682])
     """
 
     name: ClassVar[str] = "personality"

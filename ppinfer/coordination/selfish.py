@@ -7,10 +7,12 @@ from typing import Any, ClassVar, Literal
 
 import numpy as np
 
-from ppinfer.coordination.choice import TIE, decide_by, hold, uniform_over
+from ppinfer.coordination.choice import TIE, decide_by, hold
 from ppinfer.coordination.equilibria import coordination_equilibria
+from ppinfer.coordination.norms import over_profiles
 from ppinfer.coordination.policy import Decision, Policy
 from ppinfer.coordination.situation import Situation
+from ppinfer.distributions.logspace import log_indicator
 
 
 @dataclass(frozen=True)
@@ -49,4 +51,6 @@ class Selfish(Policy):
         if not equilibria.any():
             return hold(situation, player)
         own = np.where(equilibria, situation.game.costs[player], np.inf)
-        return decide_by(situation, uniform_over(situation, own <= own.min() + TIE), player)
+        return decide_by(
+            situation, over_profiles(situation.game, log_indicator(own <= own.min() + TIE)), player
+        )

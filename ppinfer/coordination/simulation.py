@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,17 +16,26 @@ from ppinfer.coordination.reading import Reading
 from ppinfer.coordination.reading_histories import Samples, planned
 from ppinfer.errors import ModelError
 
+Played = Callable[[Int[np.ndarray, " replan"]], Int[np.ndarray, "replan agent"]]
+
 
 def simulate_motion(
-    model: PersonalityModel, reading: Reading, design: PlayDesign, rng: np.random.Generator
+    model: PersonalityModel,
+    reading: Reading,
+    design: PlayDesign,
+    rng: np.random.Generator,
+    played: Played | None = None,
 ) -> PlayEvidence:
     """Return the design with the motion of the agents that are watched drawn from the model.
 
     1. Everybody plays, from each anchor on, an equilibrium drawn evenly from the class of its theta (8); with the
        probability of contamination, of a class drawn evenly. Where the class is empty, so is one of the others.
     2. The states that count lie about the plans with a density proportional to exp(-rationality f_dist): a direction
-       drawn evenly, at a distance that follows the gamma distribution of as many degrees as there are numbers.
-       Between them the agents are on their plans.
+       drawn evenly, at a distance that follows the gamma distribution of as many degrees as there are numbers. Between
+       them the agents are on their plans.
+
+    A model whose agents choose otherwise than in 1. gives `played`, which is asked for each agent's plan from some
+    anchors on.
 
     So what the model makes of the result is calibrated: see the tests. With the sums of (9) in place of means it is so
     if the classes are as probable as they are large.
@@ -48,7 +58,7 @@ def simulate_motion(
         anchor = row - 1
     else:
         anchor = evidence.first
-    chosen = _played(model, reading, design, anchor, rng)
+    chosen = _played(model, reading, design, anchor, rng) if played is None else played(anchor)
     every_step = reading if reading.every is None else replace(reading, every=history.dt)
     samples = Samples(every_step, evidence)
     for agent in watched:
@@ -81,7 +91,7 @@ def _played(
         theta = design.theta[anchors]
         astray = rng.random(len(anchors)) < reading.contamination
         theta = np.where(astray, rng.integers(len(classes), size=len(anchors)), theta)
-        empty: np.ndarray = ~flat.any(axis=2)
+        empty = np.logical_not(flat.any(axis=2))
         # of the classes that are not empty, the one that a random key ranks first
         key = np.where(empty, -1.0, rng.random(empty.shape))
         theta = np.where(empty[theta, np.arange(len(anchors))], key.argmax(axis=0), theta)

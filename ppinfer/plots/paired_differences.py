@@ -32,7 +32,7 @@ def plot_paired_differences(
     """Draw each robot's paired difference from one robot, with its bootstrap interval.
 
     Left of the line at 0 a robot is faster, or stops less often, than the one it is compared with; an interval
-    that is clear of the line says that this is no accident of the scenes.
+    that is clear of the line says that this is hardly an accident of the scenes.
 
     Parameters
     ----------

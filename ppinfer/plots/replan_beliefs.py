@@ -203,12 +203,16 @@ def mean_beliefs(beliefs: ReplanBeliefs, label: str = "human") -> list[MeanBelie
         )
     )
     found = []
-    for key in dict.fromkeys(keys):
-        here = np.array([one == key for one in keys])
+    for robot, human, plan_sets in dict.fromkeys(keys):
+        here = np.array([one == (robot, human, plan_sets) for one in keys])
         scenes, cluster = np.unique(beliefs.scene[trials][here], return_inverse=True)
         mean, sem = mean_and_cluster_se(average[here], cluster, len(scenes))
         curve = np.array([mean_and_cluster_se(at, cluster, len(scenes)) for at in curves[here].T])
-        found.append(MeanBelief(*map(str, key), int(here.sum()), mean, sem, curve[:, 0], curve[:, 1]))
+        found.append(
+            MeanBelief(
+                str(robot), str(human), str(plan_sets), int(here.sum()), mean, sem, curve[:, 0], curve[:, 1]
+            )
+        )
     return found
 
 

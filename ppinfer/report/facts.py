@@ -54,7 +54,7 @@ def provenance(posterior: xr.Dataset, path: Path) -> Facts:
         ("agent", str(attrs.get("agent", "unknown"))),
         ("model", str(attrs.get("model", "unknown"))),
         ("mode", _MODES.get(str(attrs.get("mode")), str(attrs.get("mode", "unknown")))),
-        *_configuration(attrs.get("configuration")),
+        *configuration_facts(attrs.get("configuration")),
         ("velocity and control", str(attrs.get("state_source", "unknown"))),
         ("seed", str(attrs.get("seed", "unknown"))),
         ("input", str(attrs.get("input", "unknown"))),
@@ -102,7 +102,7 @@ def data_sheet(posterior: xr.Dataset) -> Facts:
         ("trials", f"{posterior.sizes['trial']:,}"),
         ("participants", f"{len(np.unique(posterior['participant'].values.astype(str))):,}"),
         ("samples", f"{n_samples:,}"),
-        ("recorded time", _time(float(duration.sum()))),
+        ("recorded time", shown_time(float(duration.sum()))),
         (
             "time between samples",
             f"{step:.3g} s (median over trials)" if np.isfinite(step) else "one sample a trial",
@@ -132,7 +132,8 @@ def guessing(posterior: xr.Dataset) -> tuple[float, float]:
     return float((1 / choices).mean()), float(-np.log(choices).mean())
 
 
-def _configuration(text: object) -> Facts:
+def configuration_facts(text: object) -> Facts:
+    """Say what a configuration in JSON says, one line a value."""
     parsed = _parsed(text)
     if not parsed:
         return [("configuration", str(text))] if text else []
@@ -167,7 +168,8 @@ def _places(posterior: xr.Dataset) -> str:
     )
 
 
-def _time(seconds: float) -> str:
+def shown_time(seconds: float) -> str:
+    """Return a duration in the unit that suits it."""
     if seconds < 120:
         return f"{seconds:.3g} s"
     return f"{seconds / 60:.1f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"

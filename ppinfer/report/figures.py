@@ -45,7 +45,7 @@ def trial_figure(posterior: xr.Dataset, trial: int, *, number: int, why: str) ->
     """Draw the posterior of one trial over time beside its path."""
     data = read_trial(posterior, trial)
     planar = data.position.shape[1] >= 2
-    figure = _figure(10.4, 3.9) if planar else _figure(7.2, 3.6)
+    figure = new_figure(10.4, 3.9) if planar else new_figure(7.2, 3.6)
     if planar:
         left, right = figure.subplots(1, 2, width_ratios=[1.75, 1])
         draw_path(data, space=tuple(map(str, posterior["space"].values)), ax=right)
@@ -65,7 +65,7 @@ def trial_figure(posterior: xr.Dataset, trial: int, *, number: int, why: str) ->
         )
     return ReportFigure(
         name=f"trial-{number}.png",
-        png=_png(figure),
+        png=png_of(figure),
         title=f"Trial {data.trial_id} of participant {data.participant} ({why})",
         caption=caption,
     )
@@ -73,13 +73,13 @@ def trial_figure(posterior: xr.Dataset, trial: int, *, number: int, why: str) ->
 
 def score_figure(scores: Sequence[Score], chance: tuple[float, float]) -> ReportFigure:
     """Draw accuracy and mean log posterior against the share of the segment seen."""
-    figure = _figure(9.2, 3.4)
+    figure = new_figure(9.2, 3.4)
     left, right = figure.subplots(1, 2)
     plot_score_over_share(scores, "accuracy", chance=chance[0], ax=left)
     plot_score_over_share(scores, "mean_log_posterior", chance=chance[1], ax=right)
     return ReportFigure(
         name="scores.png",
-        png=_png(figure),
+        png=png_of(figure),
         title="Scores against the share of the path seen",
         caption=(
             "Left: how often the most probable goal is the true one after a share of each segment. Right: "
@@ -94,13 +94,13 @@ def score_figure(scores: Sequence[Score], chance: tuple[float, float]) -> Report
 
 def calibration_figure(calibration: Calibration) -> ReportFigure:
     """Draw the reliability of the most probable goal and of all goals."""
-    figure = _figure(9.2, 4.2)
+    figure = new_figure(9.2, 4.2)
     left, right = figure.subplots(1, 2)
     plot_reliability(calibration.top_label, ax=left)
     plot_reliability(calibration.one_vs_rest, prediction="any goal", ax=right)
     return ReportFigure(
         name="calibration.png",
-        png=_png(figure),
+        png=png_of(figure),
         title="Calibration",
         caption=(
             "Does a goal that is given 80 % come true 80 times in 100? On the dashed diagonal the "
@@ -117,13 +117,13 @@ def calibration_figure(calibration: Calibration) -> ReportFigure:
 
 def participants_figure(scores: Sequence[ParticipantScore]) -> ReportFigure:
     """Draw the participants' scores after one share."""
-    figure = _figure(9.2, min(9.0, 1.4 + 0.2 * min(len(scores), MAX_NAMED)))
+    figure = new_figure(9.2, min(9.0, 1.4 + 0.2 * min(len(scores), MAX_NAMED)))
     left, right = figure.subplots(1, 2)
     plot_participants(scores, "accuracy", ax=left)
     plot_participants(scores, "mean_log_posterior", ax=right)
     return ReportFigure(
         name="participants.png",
-        png=_png(figure),
+        png=png_of(figure),
         title=f"Participants, after {100 * scores[0].at:.3g} % of each segment",
         caption=(
             "One dot a participant, sorted in each panel, with two standard errors over their segments (in "
@@ -134,13 +134,15 @@ def participants_figure(scores: Sequence[ParticipantScore]) -> ReportFigure:
     )
 
 
-def _figure(width: float, height: float) -> Figure:
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of this size in inches."""
     from matplotlib.figure import Figure
 
     return Figure(figsize=(width, height), layout="constrained")
 
 
-def _png(figure: Figure) -> bytes:
+def png_of(figure: Figure) -> bytes:
+    """Return a figure as PNG."""
     buffer = io.BytesIO()
     with warnings.catch_warnings():
         # names in scripts that the font lacks are drawn as boxes; the page itself shows them

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
+from ppinfer.errors import LogError
+from ppinfer.studies.schema import FORMAT
 from ppinfer.studies.scores import Scores
 
 
@@ -46,3 +49,23 @@ def choose_trials(posterior: xr.Dataset, scores: Scores | None) -> list[ChosenTr
     for why, pick in picks.items():
         chosen.setdefault(int(trials[pick]), why)
     return [ChosenTrial(index, why) for index, why in chosen.items()]
+
+
+def named_trials(dataset: xr.Dataset, trials: Sequence[str]) -> list[ChosenTrial]:
+    """Return the trials with these names, each once, in the order asked.
+
+    Raises
+    ------
+    LogError
+        If there is no such trial, naming all that are not there.
+    """
+    index = {str(name): i for i, name in enumerate(dataset["trial_id"].values)}
+    unknown = [name for name in trials if name not in index]
+    if unknown:
+        known = list(index)
+        holder = "log" if dataset.attrs.get("ppinfer_format") == FORMAT else "posterior"
+        raise LogError(
+            f"unknown trial{'s' * (len(unknown) != 1)} {', '.join(map(repr, unknown))}; the {holder} has "
+            f"{len(known)}: {', '.join(map(repr, known[:10]))}{', ...' * (len(known) > 10)}"
+        )
+    return [ChosenTrial(index[name], "chosen by name") for name in dict.fromkeys(trials)]

@@ -17,6 +17,8 @@ from ppsim.errors import SimulationError
 #: A step of the world, s, and the steps of the physics within it.
 STEP = 0.1
 SUBSTEPS = 10
+#: The motors' rates are corrected every so many steps of the physics, counted from the end.
+CORRECTED_EVERY = 5
 #: An arm grasps what is this near to its end effector, m.
 GRASP_DISTANCE = 0.02
 
@@ -250,9 +252,9 @@ class ArmsWorld:
         courses = [(arm, arm.told, told[agent]) for agent, arm in self._arms.items()]
         for left in range(SUBSTEPS, 0, -1):
             for arm, start, end in courses:
-                if left > 1:
+                if left % CORRECTED_EVERY == 0:
                     arm.drive(end, left, inner)
-                else:
+                elif left == 1:
                     # it is there; these are the rates that it goes on with
                     arm.cruise(start, end, STEP)
             self._space.step(inner)

@@ -59,6 +59,10 @@ class BayesNash(Policy):
         distribution = over_profiles(game, p_n.log_values + state.log_p_alpha)
         return decide_by(situation, distribution, player, belief=state.belief, memory=state)
 
+    def belief_model(self) -> PersonalityModel:
+        """Return `personality`."""
+        return self.personality
+
 
 @dataclass(frozen=True)
 class LiteralBayesNash(BayesNash):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -13,7 +14,7 @@ from ppinfer.distributions import Axis, row_starts
 from ppinfer.errors import ModelError
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, init=False)
 class PlanSet:
     """What one agent might do from now on: some plans that reach its goal, and one that does not move.
 
@@ -55,14 +56,26 @@ class PlanSet:
     static: int | None = None
     committed: int | None = None
 
-    def __post_init__(self) -> None:
-        row_size = np.asarray(self.row_size, np.int64)
-        time = np.asarray(self.time, np.float64)
-        position = np.asarray(self.position, np.float64)
-        for name, array in (("row_size", row_size), ("time", time), ("position", position)):
-            object.__setattr__(self, name, array)
+    def __init__(
+        self,
+        agent: str,
+        row_size: Any,
+        time: Any,
+        position: Any,
+        static: int | None = None,
+        committed: int | None = None,
+    ) -> None:
+        row_size = np.asarray(row_size, np.int64)
+        time = np.asarray(time, np.float64)
+        position = np.asarray(position, np.float64)
+        # frozen for everybody else
+        vars(self).update(
+            agent=agent, row_size=row_size, time=time, position=position, static=static, committed=committed
+        )
         if row_size.ndim != 1 or not row_size.size or row_size.min() < 1:
-            raise ModelError(f"plans of {self.agent!r}: every plan has at least one waypoint; got row_size {row_size}")
+            raise ModelError(
+                f"plans of {self.agent!r}: every plan has at least one waypoint; got row_size {row_size}"
+            )
         if time.shape != (row_size.sum(),) or position.shape[:1] != time.shape or position.ndim != 2:
             raise ModelError(
                 f"plans of {self.agent!r}: row_size sums to {row_size.sum()} waypoints; got times of shape "
@@ -78,7 +91,9 @@ class PlanSet:
         for name in ("static", "committed"):
             index = getattr(self, name)
             if index is not None and not 0 <= index < len(row_size):
-                raise ModelError(f"plans of {self.agent!r}: {name} is {index}; there are {len(row_size)} plans")
+                raise ModelError(
+                    f"plans of {self.agent!r}: {name} is {index}; there are {len(row_size)} plans"
+                )
 
     def __len__(self) -> int:
         return len(self.row_size)
@@ -97,7 +112,8 @@ class PlanSet:
     @cached_property
     def duration(self) -> Float[np.ndarray, " plan"]:
         """Seconds until each plan has ended; 0 for one that does not move."""
-        return self.time[self.starts + self.row_size - 1]
+        duration: np.ndarray = self.time[self.starts + self.row_size - 1]
+        return duration
 
     @cached_property
     def cost(self) -> Float[np.ndarray, " plan"]:
@@ -126,7 +142,7 @@ class PlanSet:
         every = np.broadcast_to(when, (len(self), len(when)))
         return sample_plans(self.starts, self.row_size, self.time, self.position, every)
 
-    def restrict(self, chosen: Any) -> PlanSet:
+    def restrict(self, chosen: Sequence[int] | Int[np.ndarray, " chosen"]) -> PlanSet:
         """Return some of the plans, in the order asked for; what waiting costs is counted among those.
 
         Examples
@@ -135,9 +151,9 @@ class PlanSet:
         >>> plans.restrict([0, 2]).cost
         array([2., 3.])
         """
-        index = np.asarray(chosen, np.int64)
-        sizes = self.row_size[index]
-        waypoint = np.repeat(self.starts[index] - row_starts(sizes), sizes) + np.arange(sizes.sum())
+        index = np.array(chosen, np.int64)
+        sizes = np.take(self.row_size, index)
+        waypoint = np.repeat(self.starts[index] - row_starts(sizes), sizes) + np.arange(int(sizes.sum()))
 
         def place(old: int | None) -> int | None:
             found = np.flatnonzero(index == old) if old is not None else ()
@@ -161,4 +177,6 @@ class PlanSet:
         >>> PlanSet.holding("human", [0.1, 0.2]).duration
         array([0.])
         """
-        return cls(agent, np.array([1]), np.zeros(1), np.asarray(position, np.float64)[None], static=0)
+        return cls(
+            agent, np.array([1]), np.zeros(1), np.asarray(position, np.float64).reshape(1, -1), static=0
+        )

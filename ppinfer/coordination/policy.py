@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ppinfer.coordination.situation import Situation
 from ppinfer.distributions import Distribution
+
+if TYPE_CHECKING:
+    from ppinfer.coordination.personality_model import PersonalityModel
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +65,6 @@ class Policy(ABC):
     def decide(self, situation: Situation, ego: str, memory: Any = None) -> Decision:
         """Return what `ego` does in a situation; `memory` is that of its last decision in the trial, or None."""
 
-    def belief_model(self) -> dict[str, Any] | None:
-        """Return the model behind `Decision.belief` as a log keeps it: its name and parameters; None: there is none."""
+    def belief_model(self) -> PersonalityModel | None:
+        """Return the model behind `Decision.belief`, which a log keeps so that beliefs can be inferred again."""
         return None

@@ -40,7 +40,7 @@ class PlanPrediction:
     >>> import numpy as np
     >>> from ppinfer.coordination import PlanPrediction, PlanSet, Situation
     >>> robot = PlanSet("robot", [2, 1], [0.0, 2.0, 0.0], [[0.0], [1.0], [0.0]], static=1)
-    >>> human = PlanSet("human", [2, 1], [0.0, 4.0, 0.0], [[0.0], [1.0], [0.0]], static=1)
+    >>> human = PlanSet("human", [2, 1], [0.0, 2.5, 0.0], [[0.0], [1.0], [0.0]], static=1)
     >>> situation = Situation.from_contacts([robot, human], [[1.5, np.inf], [np.inf, np.inf]])
     >>> PlanPrediction().predict(situation, "robot").values
     array([[0., 1.],
@@ -64,8 +64,8 @@ class PlanPrediction:
         Returns
         -------
         Distribution
-            Random in the other agent's plan axis, given ``theta`` (whom the equilibria favour: the agents in order). The sub-games are drawn from the
-            situation's seed.
+            Random in the other agent's plan axis, given ``theta``, the agents in order.
+            The sub-games are drawn from the situation's seed.
         """
         from ppinfer.coordination.scans import plan_frequencies
 

@@ -114,4 +114,5 @@ def plan_frequencies(
                         total += weight
                     else:
                         played[theta, found[x, 1]] += weight / total
-    return played / games
+    played /= games
+    return played

@@ -104,7 +104,11 @@ class Situation:
         """
         shape = tuple(len(one) for one in plans)
         collision = np.broadcast_to(np.asarray(collision_time, np.float64), shape)
-        contact = collision if contact_time is None else np.broadcast_to(np.asarray(contact_time, np.float64), shape)
+        contact = (
+            collision
+            if contact_time is None
+            else np.broadcast_to(np.asarray(contact_time, np.float64), shape)
+        )
         costs = np.empty((len(shape), *shape))
         for player, own in enumerate(plans):
             along = [1] * len(shape)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ppinfer.studies import Trial
 from ppsim.errors import SimulationError
@@ -38,38 +38,43 @@ def simulate_on_cluster(study: Study, indices: Sequence[int], address: str) -> I
         version of ppinfer.
     """
     try:
-        from distributed import Client
+        import distributed
     except ImportError as error:
         raise SimulationError(
             "a cluster needs the package distributed: pip install 'ppinfer[cluster]'"
         ) from error
     try:
-        client = Client(address, timeout=_CONNECT_WITHIN_S, set_as_default=False)
+        connect: Any = distributed.Client
+        client = connect(address, timeout=_CONNECT_WITHIN_S, set_as_default=False)
     except (OSError, TimeoutError, ValueError) as error:
         raise SimulationError(f"no Dask scheduler answers at {address}: {error}") from error
     with client:
         _check_workers(client, address)
         ahead = _TRIALS_A_THREAD * max(1, sum(client.nthreads().values()))
-        waiting: deque[object] = deque()
+        waiting: deque[Any] = deque()
         # only so many at a time: results wait here until those before them have come
         for index in indices:
             waiting.append(client.submit(_play, study, index, pure=False))
             if len(waiting) > ahead:
-                yield waiting.popleft().result()  # type: ignore[attr-defined]
+                yield waiting.popleft().result()
         while waiting:
-            yield waiting.popleft().result()  # type: ignore[attr-defined]
+            yield waiting.popleft().result()
 
 
-def _check_workers(client: object, address: str) -> None:
+def _check_workers(client: Any, address: str) -> None:
     from ppinfer import __version__
 
-    versions: dict[str, str] = client.run(_version)  # type: ignore[attr-defined]
+    versions: dict[str, str] = client.run(_version)
     if not versions:
-        raise SimulationError(f"the Dask cluster at {address} has no workers; start some: dask worker {address}")
+        raise SimulationError(
+            f"the Dask cluster at {address} has no workers; start some: dask worker {address}"
+        )
     other = {worker: version for worker, version in versions.items() if version != __version__}
     if other:
         worker, version = next(iter(other.items()))
-        raise SimulationError(f"worker {worker} has ppinfer {version}, this is {__version__}; install the same")
+        raise SimulationError(
+            f"worker {worker} has ppinfer {version}, this is {__version__}; install the same"
+        )
 
 
 def _version() -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -143,7 +142,9 @@ class _Seat:
 
     def rest(self, position: Float[np.ndarray, " joint"]) -> Rest | None:
         """Return the rest of the unfinished plan; None if there is none."""
-        return None if self.plans is None else rest_of_plan(self.plans, self.plan, self.followed * DT, position)
+        return (
+            None if self.plans is None else rest_of_plan(self.plans, self.plan, self.followed * DT, position)
+        )
 
     def next_poses(self) -> Float[np.ndarray, "2 joint"]:
         """Return where it wants to be half a step and a step from now."""
@@ -151,7 +152,11 @@ class _Seat:
 
     def go_home(self, home: PlanSet, steps: int) -> None:
         """Give up what it was doing and go home for so many steps."""
-        self.course, self.steps, self.retreat = home.positions(np.arange(2 * steps + 1) * (DT / 2))[0], 0, steps
+        self.course, self.steps, self.retreat = (
+            home.positions(np.arange(2 * steps + 1) * (DT / 2))[0],
+            0,
+            steps,
+        )
         self.plans, self.moves = None, False
 
     def advance(self) -> None:
@@ -243,7 +248,10 @@ class _Trial:
                 self._replan()
                 since = 0
             poses = {agent: self.seats[agent].next_poses() for agent in self.active}
-            if any(self.world.would_collide({agent: two[half] for agent, two in poses.items()}) for half in (0, 1)):
+            if any(
+                self.world.would_collide({agent: two[half] for agent, two in poses.items()})
+                for half in (0, 1)
+            ):
                 self.world.hold()
                 self._log(held=True)
                 self._count_down()
@@ -353,7 +361,10 @@ class _Trial:
             # the step that led to the last replan was told then
             held[0] = False
             motion = Motion(
-                np.array(self.positions[seat.replanned :]), np.array(self.velocities[seat.replanned :]), held, DT
+                np.array(self.positions[seat.replanned :]),
+                np.array(self.velocities[seat.replanned :]),
+                held,
+                DT,
             )
         return Situation.from_contacts(
             plans,
@@ -387,11 +398,14 @@ class _Trial:
 
     def _count_down(self) -> bool:
         """Return whether somebody's time at home, or on the way there, is over."""
-        return any([self.seats[agent].count_down() for agent in self.active if self.seats[agent].retreat])
+        retreating = [self.seats[agent] for agent in self.active if self.seats[agent].retreat]
+        return sum(seat.count_down() for seat in retreating) > 0
 
     def _send_home(self) -> None:
         agent = self.active[int(self.coins.integers(len(self.active)))]
-        home = straight_plan(self.scene.arms[agent], agent, self.world.position(agent), self.scene.arms[agent].home)
+        home = straight_plan(
+            self.scene.arms[agent], agent, self.world.position(agent), self.scene.arms[agent].home
+        )
         self.seats[agent].go_home(home, round(self.execution.retreat / DT))
 
     def _rng(self, *key: int) -> np.random.Generator:
@@ -399,4 +413,6 @@ class _Trial:
 
     def _seed(self, *key: int) -> int:
         # a log can hold it
-        return int(np.random.SeedSequence(self.seed, spawn_key=key).generate_state(1, np.uint64)[0] >> np.uint64(1))
+        return int(
+            np.random.SeedSequence(self.seed, spawn_key=key).generate_state(1, np.uint64)[0] >> np.uint64(1)
+        )

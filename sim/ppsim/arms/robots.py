@@ -8,7 +8,7 @@ import sys
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from ppinfer.coordination import POLICIES, Policy
+from ppinfer.coordination import POLICIES, BayesNash, MinNorm, Policy
 from ppsim.errors import SimulationError
 
 ROBOTS = tuple(POLICIES)
@@ -48,7 +48,7 @@ def make_robot(name: str, human: Policy, *, cost_unit: float = 50.0) -> Policy:
     if name == "oracle":
         return POLICIES[name](other=human)
     if name == "bayes":
-        return POLICIES[name](cost_unit=cost_unit)
+        return BayesNash(norm=MinNorm(cost_unit=cost_unit))
     return POLICIES[name]() if name in POLICIES else _own(name)
 
 

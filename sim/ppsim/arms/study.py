@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
@@ -11,6 +10,7 @@ import numpy as np
 
 from ppinfer.coordination import Policy
 from ppinfer.studies import RecordingHeader, Trial
+from ppinfer.studies.personality_models import personality_text
 from ppinfer.studies.replans import Replan
 from ppsim.arms.geometry import ARMS
 from ppsim.arms.playing import DT, PLAN_SETS, Execution, Played, play
@@ -126,7 +126,10 @@ class ArmsStudy:
         """Return the parameters as JSON can hold them."""
         return {
             "world": "arms",
-            **{name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()},
+            **{
+                name: list(value) if isinstance(value, tuple) else value
+                for name, value in asdict(self).items()
+            },
             "dt": DT,
             "arms": {agent: asdict(arm) for agent, arm in ARMS.items()},
         }
@@ -157,7 +160,9 @@ def _variables(
     played: Played, scene: Scene, number: int, plan_sets: str, robot: Policy
 ) -> dict[str, tuple[Any, ...]]:
     model = robot.belief_model()
-    tips = np.stack([scene.arms[agent].end_effector(played.position[:, at]) for at, agent in enumerate(AGENTS)], axis=1)
+    tips = np.stack(
+        [scene.arms[agent].end_effector(played.position[:, at]) for at, agent in enumerate(AGENTS)], axis=1
+    )
     tasks = np.array([[scene.tasks[agent].pick, scene.tasks[agent].place] for agent in AGENTS])
     return {
         "held": (("sample",), played.held.astype(np.int8)),
@@ -167,7 +172,7 @@ def _variables(
         "stop_episodes": ((), np.int64(played.stop_episodes)),
         "scene": ((), np.int64(number)),
         "plan_sets": ((), plan_sets),
-        "live_model": ((), "" if model is None else json.dumps(model, sort_keys=True)),
+        "live_model": ((), "" if model is None else personality_text(model)),
         "task_position": (
             ("agent", "step", "table"),
             tasks,

@@ -49,7 +49,13 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     add = parser.add_argument
-    add("--scenes", type=int, required=True, metavar="N", help="how many scenes; each is a trial for every pair")
+    add(
+        "--scenes",
+        type=int,
+        required=True,
+        metavar="N",
+        help="how many scenes; each is a trial for every pair",
+    )
     add(
         "--robots",
         nargs="+",
@@ -75,9 +81,23 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     )
     add("--seed", type=int, default=0, metavar="S", help="seed of the study (default: 0)")
     add("-o", "--output", type=Path, required=True, metavar="LOG.nc", help="the log: .nc or .zarr")
-    add("--workers", type=int, default=1, metavar="W", help="processes; the log is the same for any number (default: 1)")
-    add("--cluster", metavar="ADDRESS", help="play the trials on a Dask cluster, to the same log (extra: cluster)")
-    add("--resume", action="store_true", help="go on with the recording that an interrupted run left beside the log")
+    add(
+        "--workers",
+        type=int,
+        default=1,
+        metavar="W",
+        help="processes; the log does not depend on them (default: 1)",
+    )
+    add(
+        "--cluster",
+        metavar="ADDRESS",
+        help="play the trials on a Dask cluster, to the same log (extra: cluster)",
+    )
+    add(
+        "--resume",
+        action="store_true",
+        help="go on with the recording that an interrupted run left beside the log",
+    )
     add(
         "--collision-stride",
         type=float,
@@ -129,7 +149,10 @@ def run(args: argparse.Namespace) -> int:
                 progress=progress,
             )
     except KeyboardInterrupt:
-        print(f"ppsim study: interrupted; the trials that ended are in {path}: add --resume to go on", file=sys.stderr)
+        print(
+            f"ppsim study: interrupted; the trials that ended are in {path}: add --resume to go on",
+            file=sys.stderr,
+        )
         return 130
     performance = task_performance(recorded.log)
     if args.json:
@@ -164,7 +187,9 @@ def _print(performance: TaskPerformance, study: ArmsStudy, output: Path, resumed
     for plan_sets in study.plan_sets:
         pooled = [row for row in performance.pooled() if row["plan_sets"] == plan_sets]
         print_table(
-            f"{plan_sets} plan sets, all humans", ("robot", *titles), [[row["robot"], *told(row)] for row in pooled]
+            f"{plan_sets} plan sets, all humans",
+            ("robot", *titles),
+            [[row["robot"], *told(row)] for row in pooled],
         )
         cells = [row for row in performance.cells() if row["plan_sets"] == plan_sets]
         if len(study.humans) > 1:
@@ -187,7 +212,9 @@ def _print(performance: TaskPerformance, study: ArmsStudy, output: Path, resumed
                     for times, stops in zip(rows[::2], rows[1::2], strict=True)
                 ],
             )
-    print(f"next: ppinfer report {output} -o REPORT, or ppinfer infer {output} -o POST.nc --model personality")
+    print(
+        f"next: ppinfer report {output} -o REPORT, or ppinfer infer {output} -o POST.nc --model personality"
+    )
 
 
 def _with_sem(mean: float, sem: float, digits: int) -> str:

@@ -40,10 +40,22 @@ def _add_arms(worlds: argparse._SubParsersAction[Any]) -> None:
     add("--seed", type=int, default=0, metavar="S", help="seed of the trial (default: 0)")
     add("--robot", default="bayes", metavar="NAME", help="the robot's policy (default: %(default)s)")
     add("--human", default="selfish", metavar="NAME", help="the simulated human's (default: %(default)s)")
-    add("--plan-sets", default="shared", choices=PLAN_SETS, metavar="NAME", help="shared (default) or independent")
+    add(
+        "--plan-sets",
+        default="shared",
+        choices=PLAN_SETS,
+        metavar="NAME",
+        help="shared (default) or independent",
+    )
     add("--log", type=Path, metavar="LOG.nc", help="draw a trial of this log instead")
     add("--trial", metavar="ID", help="which trial of the log, by its id (default: the first)")
-    add("-o", "--output", type=Path, metavar="FILE", help=".gif, or .mp4 (extra: video) (default: arms-SEED.gif)")
+    add(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help=".gif, or .mp4 (extra: video) (default: arms-SEED.gif)",
+    )
     parser.set_defaults(run=run_watch_arms)
 
 

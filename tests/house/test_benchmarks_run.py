@@ -56,9 +56,26 @@ def test_the_algebra_is_timed_next_to_bare_arithmetic():
         assert expected in printed
 
 
+def test_equilibria_are_timed_next_to_numpy_a_loop_and_a_pass_over_the_bytes_and_pygambit_is_missed_aloud():
+    done = json.loads(run("equilibria.py", "--quick", "--json"))
+    names = [row["name"] for row in done["rows"]]
+    for expected in (
+        "ours: pure_equilibria(game), a factor",
+        "one pass over the bytes of the costs: least",
+        "plain NumPy, all games at once",
+        "plain NumPy, one game after another",
+    ):
+        assert expected in names
+    assert any(name.startswith("pygambit") for name in names) == (done["pygambit"] is not None)
+    assert all(0 < row["least"] <= row["median"] for row in done["rows"])
+    printed = run("equilibria.py", "--quick")
+    assert "microseconds a game; one core" in printed
+    assert ("pygambit missing" in printed) == (done["pygambit"] is None)
+
+
 def test_every_benchmark_script_says_what_it_takes():
     scripts = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
-    assert scripts == ["algebra.py", "goal_posterior.py"]
+    assert {"algebra.py", "equilibria.py", "goal_posterior.py"} <= set(scripts)
     page = (ROOT / "docs" / "benchmarks.md").read_text()
     for script in scripts:
         assert f"benchmarks/{script}" in page

@@ -1,4 +1,4 @@
-"""``ppinfer report``: a posterior as one page to read."""
+"""``ppinfer report``: a posterior, or a log of parallel play, as one page to read."""
 
 from __future__ import annotations
 
@@ -8,15 +8,21 @@ import sys
 from ppinfer.cli.selection_options import add_selection_arguments, add_share_argument
 
 _DESCRIPTION = """\
-Write DIR/index.html, one self-contained page about a posterior: what it is, its scores, the
-posterior over time beside the paths of some trials, calibration, accuracy against the share of the
-path seen, and the participants. It is readable without a network; the figures are also written to
-DIR/figures. A page that an earlier run wrote to DIR is replaced; other files in it stay.
+Write DIR/index.html, one self-contained page, readable without a network; the figures are also written
+to DIR/figures. A page that an earlier run wrote to DIR is replaced; other files in it stay.
+
+of a posterior over goals   what it is, its scores, the posterior over time beside the paths of some trials,
+                            calibration, accuracy against the share of the path seen, and the participants
+of a log of parallel play   (a robot and a human, each with a task: 'ppsim study' writes such logs) times and
+                            safety stops of every robot, paired differences, each Bayesian robot against each
+                            human, what robots believed of whom, the posterior over theta through some trials
+of a posterior over theta   what was believed of whom, and the posterior through some trials
 """
 
 _EPILOG = """\
-example:
+examples:
   ppinfer report POST.nc -o report --trials user3_cbp_0 user5_baseline_2
+  ppinfer report LOG.nc -o report
 """
 
 
@@ -24,12 +30,16 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     """Add the command and its arguments."""
     parser = commands.add_parser(
         "report",
-        help="one self-contained page with figures about a posterior",
+        help="one self-contained page with figures about a posterior or a log of parallel play",
         description=_DESCRIPTION,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    parser.add_argument("posterior", metavar="POST.nc", help="a posterior, as 'ppinfer infer' writes it")
+    parser.add_argument(
+        "posterior",
+        metavar="POST.nc",
+        help="a posterior, as 'ppinfer infer' writes it, or a log of parallel play",
+    )
     parser.add_argument(
         "-o", "--output", required=True, metavar="DIR", help="the folder that the page goes to"
     )
@@ -37,7 +47,8 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         "--trials",
         nargs="+",
         metavar="ID",
-        help="trials to show (default: the best, a typical and the worst scored one)",
+        help="trials to show (default: goals: the best, a typical and the worst scored one; theta: those whose belief "
+        "is the highest, the lowest and changes most, and that with most safety stops)",
     )
     add_share_argument(parser)
     add_selection_arguments(parser)

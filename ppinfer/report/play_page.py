@@ -26,7 +26,7 @@ from ppinfer.report.play_figures import (
     performance_figure,
     play_trial_figure,
 )
-from ppinfer.report.play_trials import choose_plays
+from ppinfer.report.play_trials import HOW_CHOSEN, choose_plays
 from ppinfer.report.rendering import render
 from ppinfer.report.trial_choice import ChosenTrial, named_trials
 from ppinfer.report.written import Drawn, Progress, WrittenReport
@@ -124,6 +124,7 @@ def write_play_page(
             faults=[],
             notes_of_check=checked.lines(),
             warnings=warnings,
+            how_chosen=HOW_CHOSEN if trials is None else "Chosen by name.",
             data_sheet=log_sheet(log, performance, beliefs),
             provenance=log_provenance(log, source),
             **context,

@@ -8,6 +8,10 @@ from jaxtyping import Bool, Float, Shaped
 from ppinfer.plots.replan_beliefs import ReplanBeliefs
 from ppinfer.report.trial_choice import ChosenTrial
 
+HOW_CHOSEN = (
+    "Chosen by the numbers alone: the trials in which the mean belief that the human favours itself is highest and "
+    "lowest, the one in which the belief changed most, and the one with most safety stops."
+)
 # whose beliefs are looked at first, where several robots held one
 _FIRST = "bayes"
 
@@ -45,8 +49,8 @@ def choose_plays(
         robot = _FIRST if _FIRST in believers else believers[0]
         among = among & (beliefs.robot == robot)
         told = _by_belief(beliefs.among(among), label)
-        of = f" of {robot}" if len(believers) > 1 else ""
-        chosen = {index: f"{why}{of}" for index, why in told.items()}
+        whose = f"of {robot}: " if len(believers) > 1 else ""
+        chosen = {index: whose + why for index, why in told.items()}
     if stops is not None:
         candidates = np.flatnonzero(among)
         most = int(candidates[stops[candidates].argmax()])

@@ -20,7 +20,7 @@ from ppinfer.plots.replan_beliefs import (
 from ppinfer.report.facts import Facts, command, provenance
 from ppinfer.report.play_facts import counted, wanted_trials
 from ppinfer.report.play_figures import belief_figure, play_trial_figure
-from ppinfer.report.play_trials import choose_plays
+from ppinfer.report.play_trials import HOW_CHOSEN, choose_plays
 from ppinfer.report.rendering import render
 from ppinfer.report.trial_choice import named_trials
 from ppinfer.report.written import Drawn, Progress, WrittenReport
@@ -83,6 +83,7 @@ def write_theta_page(
             attrs=posterior.attrs,
             told=told,
             warnings=warnings,
+            how_chosen=HOW_CHOSEN if trials is None else "Chosen by name.",
             belief_figure=drawn.add(belief_figure(told.beliefs)) if told.beliefs else None,
             trial_figures=[
                 drawn.add(play_trial_figure(posterior, each.index, number=number, why=each.why))

@@ -38,6 +38,8 @@ def new_space() -> tuple[pymunk.Space, Touches]:
     space = pymunk.Space()
     space.gravity = (0.0, 0.0)
     space.iterations = 10
+    # lengths are metres: what pymunk lets overlap by default is twice a link's radius
+    space.collision_slop = 1e-4
     touches = Touches()
 
     def begin(arbiter: Any, space: Any, data: Any) -> None:

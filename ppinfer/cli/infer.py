@@ -1,4 +1,4 @@
-"""``ppinfer infer``: from a log to the posterior over each person's goal at every instant."""
+"""``ppinfer infer``: from a log to the posterior over an agent's goals, or over theta, whom its equilibria favour."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ppinfer.cli import infer_personality
 from ppinfer.cli.argument_types import whole_number
 from ppinfer.cli.model_options import add_model_arguments, model_from_options
+from ppinfer.errors import ModelError
 
 if TYPE_CHECKING:
     from ppinfer.goals import GoalModel
@@ -19,12 +21,16 @@ Infer the posterior over an agent's goals at every sample of a study log, and wr
 log's trials and segments. Models: goal-lqr (noisily rational LQR agent), goal-kalman (the same from
 noisy positions with dropouts and outliers), nearest and heading (baselines), or a MODEL.toml written
 by 'ppinfer fit'. Velocities and controls that were not logged are derived from earlier samples only.
+
+With --model personality: the posterior over theta (whom the other agent's equilibria favour) at every
+replan of one agent, from the plans and costs that a world where agents plan has logged.
 """
 
 _EPILOG = """\
 examples:
   ppinfer infer LOG.nc -o POST.nc --model goal-lqr --set rationality=0.005 control_weight=100
   ppinfer infer LOG.nc -o POST.nc --model MODEL.toml --agent robot --mode smooth
+  ppinfer infer PLAYS.nc -o POST.nc --model personality --variant literal --set rationality=5
 """
 
 
@@ -32,7 +38,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     """Add the command and its arguments."""
     parser = commands.add_parser(
         "infer",
-        help="the posterior over an agent's goals at every sample of a log",
+        help="the posterior over an agent's goals, or over its personality, from a log",
         description=_DESCRIPTION,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -42,7 +48,13 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     )
     parser.add_argument("-o", "--output", metavar="POST.nc", required=True, help="the posterior to write")
     add_model_arguments(parser)
-    parser.add_argument("--agent", metavar="A", help="whose goals (default: human, or the only agent)")
+    infer_personality.add_personality_arguments(parser)
+    parser.add_argument(
+        "--agent",
+        metavar="A",
+        help="whose goals (default: human, or the only agent); with --model personality whose beliefs (default: robot, "
+        "or the only agent that replanned)",
+    )
     parser.add_argument(
         "--mode",
         choices=("filter", "smooth"),
@@ -73,6 +85,10 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.cli.targets import check_output
     from ppinfer.studies.infer import infer_posterior
 
+    if args.model == infer_personality.NAME:
+        return infer_personality.run(args)
+    if args.variant is not None:
+        raise ModelError(f"--variant is for --model personality, not {args.model}")
     check_output(args.output, suffix=".nc", inputs=[args.log])
     model = model_from_options(args.model, args.settings)
     with progress_bar("inferring goals") as progress:

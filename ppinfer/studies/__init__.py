@@ -11,6 +11,8 @@ from ppinfer.studies.fit import StudyFit, fit_study
 from ppinfer.studies.goal_evidence import goal_evidence
 from ppinfer.studies.infer import infer_posterior
 from ppinfer.studies.log_inference import infer_log, posterior_dataset
+from ppinfer.studies.personality_inference import infer_log_personality, infer_personalities
+from ppinfer.studies.play_history import play_history
 from ppinfer.studies.posterior import open_posterior, write_posterior
 from ppinfer.studies.readers import READERS, read_study
 from ppinfer.studies.readers.eth import read_eth
@@ -21,6 +23,8 @@ from ppinfer.studies.recording_lines import RecordingHeader
 from ppinfer.studies.replans import Replan, ReplanTable
 from ppinfer.studies.scores import Scores, score_posterior
 from ppinfer.studies.storage import open_log, read_log, write_log
+from ppinfer.studies.theta_posterior import read_theta_posterior, write_theta_posterior
+from ppinfer.studies.trial_selection import select_trials
 from ppinfer.studies.trials import Segment, Trial, log_of_trials
 from ppinfer.studies.validation import validate_log
 
@@ -48,22 +52,28 @@ __all__ = [
     "fit_study",
     "goal_evidence",
     "infer_log",
+    "infer_log_personality",
+    "infer_personalities",
     "infer_posterior",
     "iter_blocks",
     "load_recording",
     "log_of_trials",
     "open_log",
     "open_posterior",
+    "play_history",
     "posterior_dataset",
     "read_eth",
     "read_log",
     "read_reaching_study",
     "read_recording",
     "read_study",
+    "read_theta_posterior",
     "read_tidy",
     "score_posterior",
+    "select_trials",
     "validate_file",
     "validate_log",
     "write_log",
     "write_posterior",
+    "write_theta_posterior",
 ]

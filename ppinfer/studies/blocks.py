@@ -113,6 +113,8 @@ def _blocks(
         work = np.maximum(row_size, np.diff(planned["waypoint"]) + np.diff(planned["profile"]))
     else:
         still = still.drop_vars("replan_row_size", errors="ignore")
+    if "theta" in still and not any("theta" in log[name].dims for name in along):
+        still = still.drop_vars("theta")
     by_trial = np.argsort(still["segment_trial"].values, kind="stable") if "segment_trial" in still else None
     sorted_trial = still["segment_trial"].values[by_trial] if by_trial is not None else None
     edges = block_edges(work, max_samples)

@@ -11,7 +11,7 @@ from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
 from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.recording import is_recording, load_recording
 from ppinfer.studies.recording_lines import log_of_recording
-from ppinfer.studies.storage import stated_format
+from ppinfer.studies.storage import stated_format, stated_hypothesis
 from ppinfer.studies.validation import validate_log
 
 
@@ -71,8 +71,12 @@ def _recording_report(source: Path, progress: ProgressCallback) -> Report:
 
 def _posterior_report(source: Path) -> Report:
     from ppinfer.studies.posterior import open_posterior
+    from ppinfer.studies.theta_posterior import HYPOTHESIS, read_theta_posterior
 
     try:
+        if stated_hypothesis(source) == HYPOTHESIS:
+            sizes = {str(name): size for name, size in read_theta_posterior(source).sizes.items()}
+            return Report.of(str(source), Faults(), Faults(), sizes)
         with open_posterior(source, verify=True) as posterior:
             sizes = {str(name): size for name, size in posterior.sizes.items()}
     except LogError as error:

@@ -156,7 +156,7 @@ def infer_posterior(
         position_units=units,
     ) as writer:
         for block in iter_blocks(log_path, max_samples=block_samples, variables=names):
-            _refuse_faulty(block, log_path)
+            refuse_faulty(block, log_path)
             evidence = goal_evidence(block, whose, restart=restart, carry=carry, time_step=step)
             belief = infer_goals(model, evidence, mode=mode)
             _write_block(
@@ -180,7 +180,8 @@ def infer_posterior(
 _USED = ("time", "position", "velocity", "control", "observed", "goal_position", "goal_present")
 
 
-def _refuse_faulty(block: xr.Dataset, log_path: str | os.PathLike[str]) -> None:
+def refuse_faulty(block: xr.Dataset, log_path: str | os.PathLike[str]) -> None:
+    """Raise a LogError that tells the first fault of a block of a log, if it has any."""
     report = validate_log(block)
     if report.ok:
         return
@@ -244,6 +245,9 @@ def _write_still(writer: PosteriorWriter, still: xr.Dataset, agent: str, *, movi
 
 def _require_goals(log: xr.Dataset, path: Path) -> None:
     if "goal_position" not in log:
-        raise LogError(
-            f"{path}: the log holds no goals (goal_position); give them when converting (see docs/log-format.md)"
+        instead = (
+            "it holds replans: personalities are inferred with --model personality"
+            if "replan_row_size" in log
+            else "give them when converting (see docs/log-format.md)"
         )
+        raise LogError(f"{path}: the log holds no goals (goal_position); {instead}")

@@ -21,12 +21,7 @@ PERSONALITIES: dict[str, type[PersonalityModel]] = {
 """Models by the names that logs have for them."""
 
 AS_LOGGED = "as-logged"
-VARIANTS = {
-    "repaired": "personality",
-    "literal": "personality-literal",
-    "predictive": "personality-predictive",
-}
-"""What commands call them."""
+"""How posteriors say that each trial was inferred with the model of its own log."""
 
 
 def make_personality(name: str, parameters: Mapping[str, Any]) -> PersonalityModel:

@@ -200,10 +200,9 @@ def normalised(log_posterior: Float[np.ndarray, "replan theta"]) -> Bool[np.ndar
     [True, False]
     """
     # +inf, NaN and whatever would overflow are no logarithms of probabilities
-    sound = (log_posterior <= _NORMALISATION_TOLERANCE).all(axis=1)
+    sound = np.asarray((log_posterior <= _NORMALISATION_TOLERANCE).all(axis=1))
     total = np.exp(np.where(sound[:, None], log_posterior, 0.0)).sum(axis=1)
-    fits: np.ndarray = sound & (np.abs(total - 1.0) < _NORMALISATION_TOLERANCE)
-    return fits
+    return np.asarray(sound & (np.abs(total - 1.0) < _NORMALISATION_TOLERANCE))
 
 
 def _late(

@@ -124,6 +124,11 @@ def check_posterior(dataset: xr.Dataset, *, name: str = "posterior") -> None:
             f"{name}: is not a posterior file (attribute ppinfer_format {found}; 'posterior' is expected); "
             "make one with 'ppinfer infer LOG -o POST.nc'"
         )
+    if (hypothesis := dataset.attrs.get("hypothesis", "goal")) != "goal":
+        raise LogError(
+            f"{name}: is a posterior over {hypothesis}, and one over goals is expected: no log knows a true "
+            f"{hypothesis} to score or compare with; draw it with 'ppinfer report', read it with read_theta_posterior"
+        )
     if int(dataset.attrs.get("ppinfer_format_version", 0)) > POSTERIOR_FORMAT_VERSION:
         raise LogError(
             f"{name}: is written in posterior format {dataset.attrs['ppinfer_format_version']}, newer than "

@@ -174,7 +174,6 @@ GROUPS: tuple[tuple[str, ...], ...] = (
     ("control", "has_control"),
     REPLAN_VARIABLES,
     ("theta", "live_log_posterior"),
-    ("end_effector", "table"),
 )
 """Variables that come together or not at all."""
 

@@ -56,17 +56,22 @@ def write_log(log: xr.Dataset, path: str | os.PathLike[str], *, validate: bool =
     2
     """
     target = Path(path)
-    suffix = check_target(target)
+    check_target(target)
     if validate:
         from ppinfer.studies.validation import validate_log
 
         validate_log(log).raise_if_faulty()
+    write_signed(log, target)
+
+
+def write_signed(log: xr.Dataset, target: Path) -> None:
+    """Write a dataset as it is, with checksums and the digest of its content, all or nothing."""
     # encodings of the file it came from must not leak into the next one
     plain = plain_text(log.drop_encoding())
     plain.attrs = {name: value for name, value in log.attrs.items() if name != DIGEST_ATTR}
     plain.attrs[DIGEST_ATTR] = content_digest(plain)
     with _told_as_write_error(target), replacing(target) as temporary:
-        if suffix == ".nc":
+        if target.suffix == ".nc":
             _write_netcdf(plain, temporary)
         else:
             _write_zarr(plain, temporary)
@@ -105,7 +110,7 @@ def open_log(path: str | os.PathLike[str], *, load: bool = False, verify: bool =
     """
     source = Path(path)
     with told_as_log_error(source):
-        log = _open(source)
+        log = open_plain(source)
     try:
         with told_as_log_error(source):
             if log.attrs.get("ppinfer_format") != FORMAT:
@@ -150,11 +155,20 @@ def read_log(path: str | os.PathLike[str]) -> xr.Dataset:
 
 def stated_format(path: Path) -> str | None:
     """Return what a NetCDF file says it is, e.g. ``"study-log"``, or None where it does not say."""
+    return _stated(path, "ppinfer_format")
+
+
+def stated_hypothesis(path: Path) -> str | None:
+    """Return what a posterior says it is over, ``"goal"`` or ``"theta"``, or None where it does not say."""
+    return _stated(path, "hypothesis")
+
+
+def _stated(path: Path, attribute: str) -> str | None:
     import h5py
 
     try:
         with h5py.File(path, "r") as file:
-            told = file.attrs.get("ppinfer_format")
+            told = file.attrs.get(attribute)
     except Exception:
         # whoever reads it next says why it cannot be read
         return None
@@ -239,7 +253,8 @@ def _write_zarr(log: xr.Dataset, path: Path) -> None:
     log.to_zarr(path, mode="w-", zarr_format=3, consolidated=False, encoding=encoding)
 
 
-def _open(source: Path) -> xr.Dataset:
+def open_plain(source: Path) -> xr.Dataset:
+    """Open a NetCDF4 file or a Zarr folder of whatever content, with all text as Python strings."""
     options: dict[str, Any] = {"decode_times": False, "decode_timedelta": False}
     if source.is_dir():
         if not (source / "zarr.json").is_file():

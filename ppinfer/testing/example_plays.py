@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float
 
-from ppinfer.coordination.plans import PlanSet
-from ppinfer.coordination.situation import Situation
+from ppinfer.coordination import LiteralPersonality, Motion, Personality, PlanSet, Situation
 from ppinfer.studies import Replan, Trial, log_of_trials
+from ppinfer.studies.personality_models import personality_text
 
 _DT = 0.1
 _STEPS = 8
@@ -22,7 +22,8 @@ def example_planned_log(*, trials: int = 3, replans: int = 4, plans: int = 3, se
     """Return a study log of two arms that replan every 0.8 s: plans, games, decisions and where they led.
 
     Both agents look at the same plans. The games are random; each agent takes its plan of the profile, among those
-    where nobody collides, that costs both together least. The robot's beliefs are made up.
+    where nobody collides, that costs both together least. The robot believes what `Personality` says, in every third
+    trial what `LiteralPersonality` says, and in every third it has no beliefs. In some steps both are held.
 
     Parameters
     ----------
@@ -65,20 +66,28 @@ def planned_study(
 def _trial(index: int, rng: np.random.Generator, *, replans: int, plans: int) -> Trial:
     where = rng.uniform(-1.0, 1.0, (2, 2))
     goal = where + rng.uniform(1.0, 2.0, (2, 2))
-    position, velocity = [where[None]], [np.zeros((1, 2, 2))]
+    motion = Motion(where[None], np.zeros((1, 2, 2)), np.zeros(1, bool), _DT)
+    moved = [motion]
+    model = (Personality(), LiteralPersonality(), None)[index % 3]
+    state = None
     made: list[Replan] = []
     for number in range(replans):
         sets = [
             _plan_set(agent, where[column], goal[column], rng, plans) for column, agent in enumerate(AGENTS)
         ]
         situation = Situation.from_contacts(
-            sets, _contacts(rng, plans), time=number * _STEPS * _DT, seed=int(rng.integers(1 << 31))
+            sets,
+            _contacts(rng, plans),
+            motion=motion if number else None,
+            time=number * _STEPS * _DT,
+            seed=int(rng.integers(1 << 31)),
         )
+        state = None if model is None else model.observe(situation, "robot", state)
         costs = situation.game.costs
         chosen = np.unravel_index(int(costs.sum(axis=0).argmin()), costs.shape[1:])
         decision = tuple(int(plan) for plan in chosen)
         for agent in AGENTS:
-            belief = np.log(rng.dirichlet(np.ones(len(THETA)))) if agent == "robot" else None
+            belief = state.log_belief if state is not None and agent == "robot" else None
             made.append(
                 Replan(
                     time=situation.time,
@@ -92,31 +101,32 @@ def _trial(index: int, rng: np.random.Generator, *, replans: int, plans: int) ->
                     seed=situation.seed,
                 )
             )
-        moved, speed = _executed(sets, decision)
-        position.append(moved)
-        velocity.append(speed)
-        where = moved[-1]
+        motion = _executed(sets, decision, motion, rng.random(_STEPS) < 0.1)
+        moved.append(motion)
+        where = motion.position[-1]
     samples = replans * _STEPS + 1
-    held: Bool[np.ndarray, " sample"] = np.zeros(samples, bool)
-    placed = np.concatenate(position)
+    placed = np.concatenate([moved[0].position, *(piece.position[1:] for piece in moved[1:])])
+    held = np.concatenate([piece.held[1:] for piece in moved])
+    held = np.concatenate([[False], held])
+    stops = int(held.sum())
     return Trial(
         trial_id=f"scene-{index}",
         participant=f"scene-{index}",
         time=np.arange(samples) * _DT,
         position=placed,
-        velocity=np.concatenate(velocity),
+        velocity=np.concatenate([moved[0].velocity, *(piece.velocity[1:] for piece in moved[1:])]),
         seed=index,
         outcome="completed",
-        controller={"human": "norm", "robot": "bayes"},
+        controller={"human": "norm", "robot": ("bayes", "bayes-literal", "norm")[index % 3]},
         variables={
             "held": (("sample",), held),
             "end_effector": (("sample", "agent", "table"), _hand(placed)),
             "finish_time": (("agent",), np.array([(samples - 1) * _DT, np.nan])),
-            "stops": ((), 0),
-            "stop_episodes": ((), 0),
+            "stops": ((), stops),
+            "stop_episodes": ((), min(stops, 1)),
             "scene": ((), index),
             "plan_sets": ((), "shared"),
-            "live_model": ((), ""),
+            "live_model": ((), "" if model is None else personality_text(model)),
         },
         replans=made,
     )
@@ -154,16 +164,21 @@ def _contacts(rng: np.random.Generator, plans: int) -> Float[np.ndarray, "human_
 
 
 def _executed(
-    sets: list[PlanSet], decision: tuple[int, ...]
-) -> tuple[Float[np.ndarray, "sample agent joint"], Float[np.ndarray, "sample agent joint"]]:
-    times = _DT * np.arange(1, _STEPS + 1)
-    moved = np.stack(
-        [plans.positions(times)[chosen] for plans, chosen in zip(sets, decision, strict=True)], axis=1
+    sets: list[PlanSet], decision: tuple[int, ...], before: Motion, held: Bool[np.ndarray, " step"]
+) -> Motion:
+    # a held step takes its time, but nobody gets anywhere
+    times = _DT * np.cumsum(~held)
+    moved, speed = (
+        np.stack([at[chosen] for at, chosen in zip(some, decision, strict=True)], axis=1)
+        for some in ([own.positions(times) for own in sets], [own.velocities(times) for own in sets])
     )
-    speed = np.stack(
-        [plans.velocities(times)[chosen] for plans, chosen in zip(sets, decision, strict=True)], axis=1
+    speed[held] = 0.0
+    return Motion(
+        np.concatenate([before.position[-1:], moved]),
+        np.concatenate([before.velocity[-1:], speed]),
+        np.concatenate([[False], held]),
+        _DT,
     )
-    return moved, speed
 
 
 def _hand(position: Float[np.ndarray, "sample agent joint"]) -> Float[np.ndarray, "sample agent table"]:

@@ -120,10 +120,9 @@ class ArmBody:
         The physics moves bodies at the rates that they have before it turns to the motors: the step that comes next is
         taken already.
         """
-        fastest = _HEADROOM * self.arm.joint_speed
         rest = (steps_left - 1) * step
         self._turn(
-            min(fastest, max(-fastest, (stop - here - rate * step) / rest))
+            (stop - here - rate * step) / rest
             for here, rate, stop in zip(self.joints(), self.rates(), end, strict=True)
         )
 
@@ -138,9 +137,10 @@ class ArmBody:
             body.angular_velocity = 0.0
 
     def _turn(self, rates: Iterable[float]) -> None:
+        fastest = _HEADROOM * self.arm.joint_speed
         turning = 0.0
         for motor, rate in zip(self._motors, rates, strict=True):
-            turning += rate
+            turning += min(fastest, max(-fastest, rate))
             # a motor's rate is that of the first body against the second
             motor.rate = -turning
 

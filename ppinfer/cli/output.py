@@ -7,6 +7,8 @@ import math
 import sys
 from collections.abc import Sequence
 
+_WIDE = 160
+
 
 def print_json(value: object) -> None:
     """Print one JSON document on standard output; non-finite numbers become null (JSON has none)."""
@@ -35,4 +37,6 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
         table.add_column(Text(column))
     for row in rows:
         table.add_row(*(Text(cell) for cell in row))
-    Console().print(table)
+    console = Console()
+    # what is not read on a terminal is not to be wrapped at the width of one
+    (console if console.is_terminal else Console(width=_WIDE)).print(table)

@@ -179,7 +179,7 @@ def _print(performance: TaskPerformance, study: ArmsStudy, output: Path, resumed
     if resumed:
         print(f"went on from {resumed} trials of an interrupted recording")
     metrics = ("total_s", "robot_s", "human_s", "stops", "stop_episodes", "failures")
-    titles = ("total s", "robot s", "human s", "stops", "stop episodes", "failures")
+    titles = ("total s", "robot s", "human s", "stops", "episodes", "failures")
 
     def told(row: dict[str, Any]) -> list[str]:
         return [_with_sem(row[name], row[f"{name}_sem"], 2 if name.endswith("_s") else 3) for name in metrics]
@@ -218,7 +218,7 @@ def _print(performance: TaskPerformance, study: ArmsStudy, output: Path, resumed
 
 
 def _with_sem(mean: float, sem: float, digits: int) -> str:
-    return f"{mean:.{digits}f} +- {sem:.{digits}f}"
+    return f"{mean:.{digits}f} ± {sem:.{digits}f}"
 
 
 def _interval(row: dict[str, Any]) -> str:

@@ -80,12 +80,12 @@ def finite_profiles(game: Game) -> Factor:
     >>> finite_profiles(Game([[[1.0, np.inf]], [[2.0, 3.0]]], ["robot", "human"])).values
     array([[1., 0.]])
     """
-    # absent profiles read inf; one player after another, because a reduction along a short axis is slow
-    by_player = np.moveaxis(game.costs, len(game.batch), 0)
-    mask = by_player[0] < math.inf
-    for own in by_player[1:]:
-        mask &= own < math.inf
-    return indicator(game, mask)
+    from ppinfer.games.scans import finite_log_indicator
+
+    games = math.prod(map(len, game.batch))
+    # absent profiles read inf
+    log_values = finite_log_indicator(game.costs.reshape(games, len(game.players), -1))
+    return Factor._trusted(game.axes, log_values.reshape([len(axis) for axis in game.axes]))
 
 
 def regret(game: Game) -> Float[np.ndarray, "..."]:

@@ -88,6 +88,31 @@ def pure_log_indicator2(costs: np.ndarray) -> np.ndarray:
     return log_values
 
 
+@numba.njit(types.void(_COSTS_3, types.float64[:, ::1]), cache=True, nogil=True)
+def _mark_finite(costs, out):  # type: ignore[no-untyped-def]
+    games, players, profiles = costs.shape
+    for game in range(games):
+        for profile in range(profiles):
+            out[game, profile] = 0.0 if costs[game, 0, profile] < np.inf else -np.inf
+        for player in range(1, players):
+            for profile in range(profiles):
+                if not costs[game, player, profile] < np.inf:
+                    out[game, profile] = -np.inf
+
+
+def finite_log_indicator(costs: np.ndarray) -> np.ndarray:
+    """Return, for (game, player, profile) costs in C order, 0 where no player's is infinite and -inf elsewhere.
+
+    Examples
+    --------
+    >>> finite_log_indicator(np.array([[[1.0, np.inf], [2.0, 3.0]]]))
+    array([[  0., -inf]])
+    """
+    log_values = np.empty((costs.shape[0], costs.shape[2]))
+    _mark_finite(costs, log_values)
+    return log_values
+
+
 @numba.njit(types.boolean[:, ::1](_COSTS_3, _MASK_2, types.boolean), cache=True, nogil=True)
 def undominated_mask(costs, among, strict):  # type: ignore[no-untyped-def]
     """Return which of the marked profiles no other marked one dominates, for any number of players.

@@ -161,6 +161,7 @@ def check_game_batch_equals_loop(
 
     Examples
     --------
+    >>> from ppinfer import Axis
     >>> costs = np.arange(12.0).reshape(3, 2, 1, 2)
     >>> game = Game(costs, ["robot", "human"], batch=[Axis("trial", 3)])
     >>> check_game_batch_equals_loop(pure_equilibria, game, "trial")

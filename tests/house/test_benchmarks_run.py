@@ -67,7 +67,7 @@ def test_equilibria_are_timed_next_to_numpy_a_loop_and_a_pass_over_the_bytes_and
     ):
         assert expected in names
     assert any(name.startswith("pygambit") for name in names) == (done["pygambit"] is not None)
-    assert all(0 < row["least"] <= row["median"] for row in done["rows"])
+    assert all(0 < row["least"] <= row["median"] and row["least_cpu"] >= 0 for row in done["rows"])
     printed = run("equilibria.py", "--quick")
     assert "microseconds a game; one core" in printed
     assert ("pygambit missing" in printed) == (done["pygambit"] is None)

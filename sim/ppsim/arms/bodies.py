@@ -12,6 +12,7 @@ from ppsim.arms.geometry import Arm
 
 if TYPE_CHECKING:
     import pymunk
+    from pymunk import Vec2d
 
 _ARM, _OBJECT = 1, 2
 # kg, and N m: the motors are strong enough to follow any plan, and not without end
@@ -146,15 +147,25 @@ class ArmBody:
 
     def clearance(self, other: ArmBody) -> float:
         """Return how far this arm's shapes are from another's, m; below 0 where they overlap."""
-        return min(_between(one, two) for one in self._shapes for two in other._shapes)
+        return min(
+            _between(one, self._ends(one), two, other._ends(two))
+            for one in self._shapes
+            for two in other._shapes
+        )
+
+    def _ends(self, shape: pymunk.Segment) -> tuple[Vec2d, Vec2d]:
+        body = self._links[self._shapes.index(shape)]
+        return body.local_to_world(shape.a), body.local_to_world(shape.b)
 
     def remove(self) -> None:
         """Take the arm out of its space."""
         self._space.remove(*self._joints, *self._shapes, *self._links)
 
 
-def _between(one: pymunk.Segment, two: pymunk.Segment) -> float:
-    (a, b), (c, d) = ([shape.body.local_to_world(end) for end in (shape.a, shape.b)] for shape in (one, two))
+def _between(
+    one: pymunk.Segment, one_ends: tuple[Vec2d, Vec2d], two: pymunk.Segment, two_ends: tuple[Vec2d, Vec2d]
+) -> float:
+    (a, b), (c, d) = one_ends, two_ends
     if (b - a).cross(c - a) * (b - a).cross(d - a) < 0.0 and (d - c).cross(a - c) * (d - c).cross(
         b - c
     ) < 0.0:
@@ -162,7 +173,7 @@ def _between(one: pymunk.Segment, two: pymunk.Segment) -> float:
     # of two segments that do not cross, an end of one is nearest to the other
     return min(
         shape.point_query(end).distance - other.radius
-        for shape, other, ends in ((one, two, (c, d)), (two, one, (a, b)))
+        for shape, other, ends in ((one, two, two_ends), (two, one, one_ends))
         for end in ends
     )
 
@@ -216,6 +227,7 @@ class Ghosts:
 
         self._space = pymunk.Space()
         self._arms = dict(arms)
+        self._bodies: dict[str, list[pymunk.Body]] = {}
         self._shapes: dict[str, list[pymunk.Segment]] = {}
         for group, (agent, arm) in enumerate(arms.items(), start=1):
             bodies = [pymunk.Body(body_type=pymunk.Body.KINEMATIC) for _ in arm.links]
@@ -225,6 +237,7 @@ class Ghosts:
             ]
             for shape in self._shapes[agent]:
                 shape.filter = pymunk.ShapeFilter(group=group)
+            self._bodies[agent] = bodies
             self._space.add(*bodies, *self._shapes[agent])
 
     def overlap(self, poses: Mapping[str, Sequence[float]]) -> bool:
@@ -233,9 +246,9 @@ class Ghosts:
         if not any(_boxes_meet(one[1], two[1]) for one, two in combinations(placed.values(), 2)):
             return False
         for agent, (links, _) in placed.items():
-            for shape, (position, angle) in zip(self._shapes[agent], links, strict=True):
-                shape.body.position, shape.body.angle = position, angle
-                self._space.reindex_shapes_for_body(shape.body)
+            for body, (position, angle) in zip(self._bodies[agent], links, strict=True):
+                body.position, body.angle = position, angle
+                self._space.reindex_shapes_for_body(body)
         return any(
             hit.shape in self._shapes[other]
             for one, other in combinations(poses, 2)

@@ -128,8 +128,8 @@ class Arm:
 
     def within_limits(self, joints: Any) -> Bool[np.ndarray, "*batch"]:
         """Return whether joint angles are within the arm's limits."""
-        within: np.ndarray = (np.abs(np.asarray(joints, np.float64)) <= np.asarray(self.limits)).all(axis=-1)
-        return within
+        within = np.abs(np.asarray(joints, np.float64)) <= np.asarray(self.limits)
+        return np.asarray(within.all(axis=-1))
 
 
 #: The two arms of the study, facing each other across the table.

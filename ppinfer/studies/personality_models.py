@@ -87,9 +87,9 @@ def personality_of_text(text: str) -> PersonalityModel:
     try:
         told = json.loads(text)
         return make_personality(told["model"], told.get("parameters", {}))
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise LogError(f"live_model {text!r} describes no model of personality: {error}") from error
     except ModelError as error:
         raise LogError(
             f"live_model: {error}; this ppinfer does not know it: choose one for all trials with --variant"
         ) from error
+    except (ValueError, KeyError, TypeError, AttributeError) as error:
+        raise LogError(f"live_model {text!r} describes no model of personality: {error}") from error

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _COLUMNS = 3
+_LONG_NAME = 14
 
 
 def plot_belief_by_human(
@@ -71,13 +72,13 @@ def plot_belief_by_human(
         ax.set_axisbelow(True)
         ax.set_xlabel("share of the trial [%]")
         if axes is not None or index % _COLUMNS == 0:
-            ax.set_ylabel("p(human favours itself)")
+            ax.set_ylabel(f"p({beliefs[0].label} favours itself)").set_parse_math(False)
         else:
             ax.tick_params(labelleft=False)
         legend = ax.legend(
             loc="upper left",
             bbox_to_anchor=(-0.06, -0.27),
-            ncols=_COLUMNS,
+            ncols=_legend_columns(humans),
             frameon=False,
             fontsize="small",
             borderaxespad=0,
@@ -113,12 +114,19 @@ def _draw(ax: Axes, one: MeanBelief, index: int) -> None:
     )
 
 
+def _legend_columns(humans: Sequence[str]) -> int:
+    # three of the usual names are as wide as a panel
+    if max(map(len, humans)) > _LONG_NAME:
+        return 1
+    return 3 if len(humans) <= 3 else 2
+
+
 def _grid(count: int) -> tuple[Axes, ...]:
     from matplotlib.figure import Figure
 
     columns = min(count, _COLUMNS)
     rows = -(-count // columns)
-    figure = Figure(figsize=(0.8 + 3.1 * columns, 2.9 * rows), layout="constrained")
+    figure = Figure(figsize=(max(7.2, 0.8 + 3.1 * columns), 2.9 * rows), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False).ravel().tolist()
     for ax in grid[count:]:
         ax.remove()

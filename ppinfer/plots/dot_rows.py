@@ -130,9 +130,10 @@ def align_seconds(axes: Sequence[Axes], metrics: Sequence[str]) -> None:
             ax.set_xlim(low, high)
     for ax, metric in zip(axes, metrics, strict=True):
         if not metric.endswith("_s"):
-            _, high = ax.get_xlim()
+            high = ax.get_xlim()[1] if ax.dataLim.x1 > 0 else 1.0
             # zero itself is drawn whole
-            ax.set_xlim(-0.03 * max(high, 0.1), max(high, 0.1))
+            ax.set_xlim(-0.03 * high, high)
+        ax.locator_params(axis="x", nbins=5)
 
 
 def panels(count: int, rows: int, axes: Sequence[Axes] | None, *, width: float = 2.55) -> tuple[Axes, ...]:

@@ -25,8 +25,10 @@ class PersonalityTrial:
 
     Attributes
     ----------
-    agent
-        Whose personality it is, and a label of theta: who favours itself.
+    viewer, agent
+        Whose beliefs they are, and about whom: also the label of theta of who favours itself.
+    robot, human
+        Who controlled the viewer and the agent.
     replan_time, probability
         The robot's replans and its belief at each; NaN where it held none.
     time, held
@@ -36,9 +38,10 @@ class PersonalityTrial:
     """
 
     trial_id: str
+    viewer: str
+    agent: str
     robot: str
     human: str
-    agent: str
     theta: tuple[str, ...]
     replan_time: Float[np.ndarray, " replan"]
     probability: Float[np.ndarray, "replan theta"]
@@ -124,9 +127,10 @@ def read_personality_trial(
         done = tuple(zip(agents, dataset["finish_time"][index].values.tolist(), strict=True))
     return PersonalityTrial(
         trial_id=str(dataset["trial_id"].values[index]),
+        viewer=robot,
+        agent=human,
         robot=str(controllers(dataset, robot)[index]),
         human=str(controllers(dataset, human)[index]),
-        agent=human,
         theta=tuple(str(label) for label in dataset["theta"].values),
         replan_time=dataset["replan_time"][replans].values[mine],
         probability=np.exp(dataset[name][replans].values[mine]),
@@ -140,30 +144,32 @@ def draw_personality(data: PersonalityTrial, *, ax: Axes | None = None) -> Axes:
     """Draw a trial that was already read; see `plot_personality`."""
     ax = ax if ax is not None else new_axes(6.4, 2.8)
     end = data.end if data.end > 0 else 1.0
+    # who favours itself is at the bottom, so that the height of the line is its probability
+    order = sorted(range(len(data.theta)), key=lambda index: (data.theta[index] != data.agent, index))
     begin = np.append(data.replan_time, end)
-    tops = np.cumsum(data.probability, axis=1)
-    tops = np.vstack([tops, tops[-1:]]) if len(tops) else np.zeros((1, len(data.theta)))
-    for index, label in enumerate(data.theta):
-        below = tops[:, index - 1] if index else np.zeros(len(tops))
+    tops = np.cumsum(data.probability[:, order], axis=1)
+    tops = np.vstack([tops, tops[-1:]]) if len(tops) else np.full((1, len(order)), np.nan)
+    for place, index in enumerate(order):
         ax.fill_between(
             begin,
-            below,
-            tops[:, index],
+            tops[:, place - 1] if place else np.zeros(len(tops)),
+            tops[:, place],
             step="post",
-            color=theta_colour(label, index),
+            color=theta_colour(data.theta[index], index),
             alpha=0.75,
             linewidth=0,
-            label=_words(label, data.agent),
+            label=_words(data.theta[index], data.agent),
         )
-        if index < len(data.theta) - 1:
-            ax.step(begin, tops[:, index], where="post", color="white", linewidth=1.2)
+        if place < len(order) - 1:
+            ax.step(begin, tops[:, place], where="post", color="white", linewidth=1.2)
     draw_events(data, ax, top=1.045)
     ax.set_xlim(0, end)
     ax.set_ylim(0, 1.09)
     ax.set_yticks([0, 0.25, 0.5, 0.75, 1])
     ax.set_xlabel("time [s]")
     ax.set_ylabel("p(theta)")
-    title = f"trial {data.trial_id}: robot {data.robot or 'unknown'}, human {data.human or 'unknown'}"
+    who = f"{data.viewer} {data.robot or 'unknown'}, {data.agent} {data.human or 'unknown'}"
+    title = f"trial {data.trial_id}: {who}"
     ax.set_title(title, fontsize="medium", loc="left", pad=16).set_parse_math(False)
     handles, labels = ax.get_legend_handles_labels()
     legend = ax.legend(

@@ -76,6 +76,8 @@ class MeanBelief:
 
     Attributes
     ----------
+    label
+        Of theta: who favours itself.
     trials
         With any belief.
     mean, sem
@@ -85,6 +87,7 @@ class MeanBelief:
         The same after each of `SHARES` of the time between a trial's first and last belief.
     """
 
+    label: str
     robot: str
     human: str
     plan_sets: str
@@ -210,7 +213,15 @@ def mean_beliefs(beliefs: ReplanBeliefs, label: str = "human") -> list[MeanBelie
         curve = np.array([mean_and_cluster_se(at, cluster, len(scenes)) for at in curves[here].T])
         found.append(
             MeanBelief(
-                str(robot), str(human), str(plan_sets), int(here.sum()), mean, sem, curve[:, 0], curve[:, 1]
+                label=label,
+                robot=str(robot),
+                human=str(human),
+                plan_sets=str(plan_sets),
+                trials=int(here.sum()),
+                mean=mean,
+                sem=sem,
+                curve=curve[:, 0],
+                curve_sem=curve[:, 1],
             )
         )
     return found

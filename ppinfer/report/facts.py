@@ -45,8 +45,11 @@ _SHOWN_ATTRS = frozenset(
 )
 
 
-def provenance(posterior: xr.Dataset, path: Path) -> Facts:
-    """Say where a posterior comes from: model, parameters, mode, input and its hash, version and seed."""
+def provenance(posterior: xr.Dataset, path: Path, *, states: bool = True) -> Facts:
+    """Say where a posterior comes from: model, parameters, mode, input and its hash, version and seed.
+
+    ``states``: whether it was inferred from velocities and controls, of which there is something to say.
+    """
     attrs = posterior.attrs
     facts = [
         ("posterior file", path.name),
@@ -55,7 +58,7 @@ def provenance(posterior: xr.Dataset, path: Path) -> Facts:
         ("model", str(attrs.get("model", "unknown"))),
         ("mode", _MODES.get(str(attrs.get("mode")), str(attrs.get("mode", "unknown")))),
         *configuration_facts(attrs.get("configuration")),
-        ("velocity and control", str(attrs.get("state_source", "unknown"))),
+        *([("velocity and control", str(attrs.get("state_source", "unknown")))] if states else []),
         ("seed", str(attrs.get("seed", "unknown"))),
         ("input", str(attrs.get("input", "unknown"))),
         ("input SHA-256", str(attrs.get("input_sha256", "unknown"))),

@@ -70,37 +70,40 @@ def human_figure(performance: TaskPerformance, robot: str, *, number: int) -> Re
 
 
 def belief_figure(beliefs: Sequence[MeanBelief]) -> ReportFigure:
-    """Draw the mean belief that the human favours itself."""
-    axes = plot_belief_by_human(beliefs)
+    """Draw the mean belief that the other agent favours itself."""
+    axes, label = plot_belief_by_human(beliefs), beliefs[0].label
     return ReportFigure(
         name="beliefs.png",
         png=png_of(_figure_of(axes)),
-        title="What robots believed of each human",
+        title=f"What was believed of each {label}",
         caption=(
-            "The mean over trials of the probability that the human favours itself, from a trial's first replan "
-            "(0 %) to its last (100 %); bands are one standard error. Beside a human's name: the mean over the "
-            "replans of each trial, then over trials. Dashed: not knowing."
+            f"The mean over trials of the probability that the {label} favours itself, from a trial's first replan "
+            "(0 %) to its last (100 %); bands are one standard error. Beside each name: the mean over the replans "
+            "of each trial, then over trials. Dashed: one half."
         ),
     )
 
 
-def play_trial_figure(dataset: xr.Dataset, trial: int, *, number: int, why: str) -> ReportFigure:
-    """Draw the posterior over theta through one trial, and under it how near hands came."""
+def play_trial_figure(
+    dataset: xr.Dataset, trial: int, *, viewer: str, other: str, number: int, why: str
+) -> ReportFigure:
+    """Draw what ``viewer`` believed of ``other`` through one trial, and under it how near hands came."""
     believes, has_hands = belief_variable(dataset) is not None, "end_effector" in dataset
     figure = new_figure(9.2, 2.3 * (1.2 * believes + 0.8 * has_hands) + 0.3)
     ratios = [2.0] * believes + [1.3] * has_hands
     panels = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios, squeeze=False)[:, 0]
     captions = []
     if believes:
-        data = read_personality_trial(dataset, trial)
+        data = read_personality_trial(dataset, trial, robot=viewer, human=other)
         draw_personality(data, ax=panels[0])
         captions.append(
-            "The height of a band is the probability that the human's choice of equilibria favours that agent, from "
-            "one replan to the next; white: no belief was held. Red ticks are safety stops, dashed lines say when "
-            "agents were done."
+            f"The height of a band is the probability that the {other}'s choice of equilibria favours that agent, from "
+            "one replan to the next; white: no belief was held."
         )
+        if len(data.time):
+            captions.append("Red ticks are safety stops, dashed lines say when agents were done.")
     if has_hands:
-        plot_hand_distance(dataset, trial, ax=panels[-1])
+        plot_hand_distance(dataset, trial, robot=viewer, human=other, ax=panels[-1])
         captions.append(
             "Below: how far apart hands were, until the first was done."
             if believes

@@ -26,7 +26,7 @@ from ppinfer.report.play_figures import (
     performance_figure,
     play_trial_figure,
 )
-from ppinfer.report.play_trials import HOW_CHOSEN, choose_plays
+from ppinfer.report.play_trials import choose_plays, how_chosen
 from ppinfer.report.rendering import render
 from ppinfer.report.trial_choice import ChosenTrial, named_trials
 from ppinfer.report.written import Drawn, Progress, WrittenReport
@@ -37,7 +37,7 @@ from ppinfer.studies.task_performance import TaskPerformance, task_performance
 from ppinfer.studies.validation import validate_log
 
 PLAY_VARIABLES = ("finish_time", "stops", "stop_episodes", "controller")
-HUMAN = "human"
+ROBOT, HUMAN = "robot", "human"
 
 
 def is_play_log(source: Path) -> bool:
@@ -110,7 +110,9 @@ def write_play_page(
             ],
             "belief_figure": drawn.add(belief_figure(told.beliefs)) if told.beliefs else None,
             "trial_figures": [
-                drawn.add(play_trial_figure(log, each.index, number=number, why=each.why))
+                drawn.add(
+                    play_trial_figure(log, each.index, viewer=ROBOT, other=HUMAN, number=number, why=each.why)
+                )
                 for number, each in enumerate(chosen, start=1)
             ]
             if drawable
@@ -120,11 +122,13 @@ def write_play_page(
             "play.html.j2",
             title=str(log.attrs.get("title") or "Parallel play"),
             source=source.name,
+            viewer=ROBOT,
+            other=HUMAN,
             told=told,
             faults=[],
             notes_of_check=checked.lines(),
             warnings=warnings,
-            how_chosen=HOW_CHOSEN if trials is None else "Chosen by name.",
+            how_chosen=how_chosen(HUMAN, stops=True) if trials is None else "Chosen by name.",
             data_sheet=log_sheet(log, performance, beliefs),
             provenance=log_provenance(log, source),
             **context,

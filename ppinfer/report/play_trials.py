@@ -8,12 +8,17 @@ from jaxtyping import Bool, Float, Shaped
 from ppinfer.plots.replan_beliefs import ReplanBeliefs
 from ppinfer.report.trial_choice import ChosenTrial
 
-HOW_CHOSEN = (
-    "Chosen by the numbers alone: the trials in which the mean belief that the human favours itself is highest and "
-    "lowest, the one in which the belief changed most, and the one with most safety stops."
-)
 # whose beliefs are looked at first, where several robots held one
 _FIRST = "bayes"
+
+
+def how_chosen(label: str, *, stops: bool) -> str:
+    """Say how `choose_plays` chooses."""
+    most = ", and the one with most safety stops" if stops else ""
+    return (
+        f"Chosen by the numbers alone: the trials in which the mean belief that the {label} favours itself is highest "
+        f"and lowest, the one in which the belief changed most{most}."
+    )
 
 
 def choose_plays(

@@ -166,10 +166,20 @@ def _problem(limits: tuple[float, float]) -> _Problem:
     )
 
 
-def _planner_class(name: str) -> Any:
+def check_planner(name: str) -> None:
+    """Raise a SimulationError unless there is a planner of this name, and a seed fixes its path.
+
+    Examples
+    --------
+    >>> check_planner("RRT")
+    """
     if name not in PLANNERS:
         why = f"{name} {_REFUSED[name]}" if name in _REFUSED else f"there is no planner {name!r}"
         raise SimulationError(f"{why}; take one of {', '.join(PLANNERS)}")
+
+
+def _planner_class(name: str) -> Any:
+    check_planner(name)
     from ompl import geometric
 
     return getattr(geometric, name)

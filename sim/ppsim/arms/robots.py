@@ -61,9 +61,12 @@ def _own(name: str) -> Policy:
         found: Any = importlib.import_module(module_name)
         for part in attribute.split("."):
             found = getattr(found, part)
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, ValueError, SyntaxError) as error:
         raise SimulationError(f"policy {name!r} cannot be imported: {error}") from error
-    made = found() if callable(found) and not isinstance(found, Policy) else found
+    try:
+        made = found() if callable(found) and not isinstance(found, Policy) else found
+    except TypeError as error:
+        raise SimulationError(f"policy {name!r} cannot be made by calling it without arguments: {error}") from error
     if not isinstance(made, Policy):
         raise SimulationError(
             f"policy {name!r} is a {type(made).__name__}; expected a ppinfer.coordination.Policy, or what makes one"

@@ -1,0 +1,206 @@
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from importlib.resources import files
+
+import jsonschema
+import numpy as np
+import pytest
+import xarray as xr
+
+from ppinfer.studies import open_log, read_log, validate_log
+from ppinfer.studies.task_performance import task_performance
+from ppsim.arms.playing import Execution
+from ppsim.arms.study import ArmsStudy
+from ppsim.cli import main
+from ppsim.errors import SimulationError
+from ppsim.study import log_of_study, record_study, recording_path
+
+SMALL = ArmsStudy(scenes=2, robots=("norm", "bayes"), humans=("selfish",), seed=11)
+
+
+def assert_same_log(one, other):
+    xr.testing.assert_identical(one.drop_attrs(), other.drop_attrs())
+
+
+@pytest.fixture(scope="module")
+def log():
+    """Return the log of the small study, played in this process."""
+    return log_of_study(SMALL, range(SMALL.trials))
+
+
+def test_the_log_is_sound_and_says_all_that_happened(log):
+    assert validate_log(log).ok
+    assert log["trial_id"].values.tolist() == [
+        "scene-0/shared/norm/selfish",
+        "scene-0/shared/bayes/selfish",
+        "scene-1/shared/norm/selfish",
+        "scene-1/shared/bayes/selfish",
+    ]
+    assert log["controller"].values[1].tolist() == ["bayes", "selfish"]
+    assert log["theta"].values.tolist() == ["robot", "human"]
+    ends = np.cumsum(log["row_size"].values)
+    for trial, (stop, size) in enumerate(zip(ends, log["row_size"].values, strict=True)):
+        held = log["held"].values[stop - size : stop]
+        assert log["stops"].values[trial] == held.sum()
+        assert np.isclose(log["finish_time"].values[trial].max(), 0.1 * (size - 1))
+
+
+def test_only_robots_that_believe_log_a_posterior(log):
+    believes = np.repeat([False, True, False, True], log["replan_row_size"].values)
+    known = np.isfinite(log["live_log_posterior"].values).all(axis=1)
+    np.testing.assert_array_equal(known, believes)
+    assert [bool(text) for text in log["live_model"].values] == [False, True, False, True]
+
+
+def test_workers_play_the_same_trials(log, tmp_path):
+    recorded = record_study(SMALL, SMALL.trials, tmp_path / "log.nc", workers=2)
+    assert_same_log(recorded.log, log)
+
+
+def test_a_cluster_plays_the_same_trials(log, tmp_path):
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, protocol="inproc://"
+    ) as cluster:
+        recorded = record_study(
+            SMALL, SMALL.trials, tmp_path / "log.nc", cluster=cluster.scheduler_address
+        )
+    assert_same_log(recorded.log, log)
+
+
+def test_a_cluster_that_is_not_there_is_refused(tmp_path, monkeypatch):
+    pytest.importorskip("distributed")
+    monkeypatch.setattr("ppsim.cluster._CONNECT_WITHIN_S", 1)
+    with pytest.raises(SimulationError, match="no Dask scheduler answers at tcp://127.0.0.1:9"):
+        record_study(SMALL, 1, tmp_path / "log.nc", cluster="tcp://127.0.0.1:9")
+
+
+def test_a_longer_study_begins_with_the_same_trials(log):
+    longer = ArmsStudy(scenes=5, robots=SMALL.robots, humans=SMALL.humans, seed=SMALL.seed)
+    np.testing.assert_array_equal(longer.trial(3).position, SMALL.trial(3).position)
+
+
+def test_a_killed_study_goes_on_with_resume_to_the_same_bytes(tmp_path, log):
+    target = tmp_path / "log.nc"
+    whole = tmp_path / "whole.nc"
+    record_study(SMALL, SMALL.trials, whole)
+    script = textwrap.dedent("""
+        import os, signal, sys
+        from ppsim.arms.study import ArmsStudy
+        from ppsim.study import record_study
+        study = ArmsStudy(scenes=2, robots=("norm", "bayes"), humans=("selfish",), seed=11)
+        def progress(done, total):
+            if done == 2:
+                os.kill(os.getpid(), signal.SIGKILL)
+        record_study(study, study.trials, sys.argv[1], progress=progress)
+    """)
+    killed = subprocess.run([sys.executable, "-c", script, str(target)], check=False, capture_output=True)
+    assert killed.returncode == -signal.SIGKILL
+    assert recording_path(target).exists()
+    assert not target.exists()
+    # a line that was being written
+    with recording_path(target).open("ab") as file:
+        file.write(b'{"crc32": "0')
+    arguments = ["study", "--scenes", "2", "--robots", "norm", "bayes", "--humans", "selfish", "--seed", "11"]
+    assert main([*arguments, "-o", str(target)]) == 1
+    assert main([*arguments, "-o", str(target), "--resume"]) == 0
+    assert_same_log(read_log(target), read_log(whole))
+    with open_log(target) as one, open_log(whole) as other:
+        assert one.attrs["content_sha256"] == other.attrs["content_sha256"]
+
+
+def test_the_json_fits_its_schema_and_the_log(tmp_path, capsys):
+    target = tmp_path / "log.nc"
+    arguments = ["study", "--scenes", "2", "--robots", "selfish", "norm", "--humans", "norm", "--seed", "3"]
+    assert main([*arguments, "--plan-sets", "shared", "independent", "-o", str(target), "--json"]) == 0
+    printed = capsys.readouterr()
+    assert printed.err == ""
+    told = json.loads(printed.out)
+    schema = json.loads((files("ppsim") / "schemas" / "study.schema.json").read_text())
+    jsonschema.Draft202012Validator.check_schema(schema)
+    jsonschema.validate(told, schema, cls=jsonschema.Draft202012Validator)
+    performance = task_performance(read_log(target))
+    assert told["pooled"] == performance.pooled()
+    assert {(row["robot"], row["plan_sets"]) for row in told["pooled"]} == {
+        (robot, sets) for robot in ("selfish", "norm") for sets in ("shared", "independent")
+    }
+
+
+def test_the_tables_name_every_robot_and_the_next_command(tmp_path, capsys):
+    target = tmp_path / "log.nc"
+    assert main(["study", "--scenes", "2", "--robots", "norm", "selfish", "--seed", "3", "-o", str(target)]) == 0
+    out = capsys.readouterr().out
+    for text in ("shared plan sets, all humans", "by human", "paired differences", "total s", "episodes", "failures"):
+        assert text in out
+    assert f"ppinfer infer {target} -o POST.nc --model personality" in out
+
+
+OWN = """
+from dataclasses import dataclass
+from ppinfer.coordination import Selfish
+
+@dataclass(frozen=True)
+class Polite(Selfish):
+    name = "polite"
+
+not_a_policy = 3
+"""
+
+
+def test_a_policy_of_ones_own_can_sit_in_any_seat(tmp_path, monkeypatch, capsys):
+    (tmp_path / "my_policies.py").write_text(OWN)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    own = "my_policies:Polite"
+    command = ["study", "--scenes", "1", "--seed", "3", "-o", "log.nc", "--json", "--workers", "2"]
+    assert main([*command, "--robots", "selfish", own, "--humans", "norm", own]) == 0
+    told = json.loads(capsys.readouterr().out)
+    rows = {row["robot"]: row for row in told["pooled"]}
+    assert rows[own]["total_s"] == rows["selfish"]["total_s"]
+
+
+@pytest.mark.parametrize(
+    ("extra", "told"),
+    [
+        (["--robots", "nobody"], "there are no robots 'nobody'; there are defensive, selfish, norm"),
+        (["--robots", "norm", "norm"], "robots: 'norm' is named twice"),
+        (["--humans", "bayes"], "there are no humans 'bayes'; there are defensive, selfish, norm, or module:attribute"),
+        (["--robots", "no_such_module:Policy"], "policy 'no_such_module:Policy' cannot be imported"),
+        (["--robots", "json:dumps"], "policy 'json:dumps'"),
+        (["--scenes", "0"], "scenes must be at least 1; got 0"),
+        (["--seed", "-1"], "seed must be at least 0; got -1"),
+        (["--cost-unit", "0"], "cost_unit must be a positive number of seconds"),
+        (["--collision-stride", "0.25"], "collision_stride must be a positive multiple of 0.1 s"),
+        (["--planner", "RRTX"], "there is no planner 'RRTX'"),
+        (["--workers", "0"], "workers must be at least 1; got 0"),
+        (["-o", "no/such/folder/log.nc"], "no/such/folder"),
+        (["-o", "log.txt"], "log.txt"),
+    ],
+)
+def test_what_cannot_be_played_is_one_line_and_leaves_nothing(tmp_path, monkeypatch, capsys, extra, told):
+    monkeypatch.chdir(tmp_path)
+    assert main(["study", "--scenes", "1", "--robots", "norm", "-o", "log.nc", *extra]) == 1
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.count("\n") == 1
+    assert told in printed.err
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_study_out_of_range_is_refused():
+    with pytest.raises(SimulationError, match="no robots are named"):
+        ArmsStudy(robots=())
+    with pytest.raises(SimulationError, match="there are no plan sets 'both'"):
+        ArmsStudy(plan_sets=("both",))
+
+
+def test_the_flags_of_the_sensitivity_arms_reach_the_trials():
+    literal = ArmsStudy(
+        scenes=1, robots=("bayes",), humans=("norm",), cost_unit=1.0, execution=Execution(collision_stride=0.8)
+    )
+    assert literal.policies("bayes", "norm")["robot"].norm.cost_unit == 1.0
+    assert literal.configuration()["execution"]["collision_stride"] == 0.8

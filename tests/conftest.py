@@ -14,7 +14,15 @@ from jaxtyping import install_import_hook
 ROOT = Path(__file__).parents[1]
 
 # compiled kernels must not be wrapped; Hypothesis hands its strategies a `draw` that cannot be checked
-UNCHECKED = ("__init__", "scans", "strategies", "evidence_strategies", "game_strategies", "log_strategies")
+UNCHECKED = (
+    "__init__",
+    "scans",
+    "strategies",
+    "evidence_strategies",
+    "game_strategies",
+    "log_strategies",
+    "play_strategies",
+)
 
 
 def checked_modules() -> list[str]:

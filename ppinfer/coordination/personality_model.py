@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -64,7 +65,7 @@ class PersonalityState:
         """Log p_alpha(a) of (7) and (8) over the profiles, -inf where there is no equilibrium."""
         among = self.equilibria.reshape(-1)
         if self.uninformed:
-            flat = np.where(among, -log_of(among.sum()), -np.inf)
+            flat = np.where(among, -math.log(max(1, int(among.sum()))), -np.inf)
         else:
             flat = log_p_alpha(self.log_belief, self.classes.reshape(len(self.theta), -1), among)
         return flat.reshape(self.equilibria.shape)

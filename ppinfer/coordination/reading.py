@@ -76,7 +76,7 @@ class Reading:
 
     def log_likelihood(
         self,
-        squared: Sequence[Float[np.ndarray, "replan plan"] | None],
+        squared: Sequence[Float[np.ndarray, "replan _"] | None],
         classes: Bool[np.ndarray, "theta replan ..."],
         among: Bool[np.ndarray, "replan ..."],
         silent: Bool[np.ndarray, " replan"],
@@ -134,7 +134,7 @@ class Anchor:
     plans: tuple[PlanSet, ...]
     classes: Bool[np.ndarray, "theta ..."]
     equilibria: Bool[np.ndarray, "..."]
-    squared: tuple[Float[np.ndarray, " plan"] | None, ...]
+    squared: tuple[Float[np.ndarray, "_"] | None, ...]
     steps: int = 0
 
     def after(self, motion: Motion, reading: Reading) -> tuple[Anchor, bool]:

@@ -87,7 +87,7 @@ def history_log_likelihood(
         game = evidence.game(games, size)
         among = coordination_equilibria(game, model.dominance).log_values > -np.inf
         classes = model.favoured(game.costs.transpose(1, 0, *range(2, game.costs.ndim)), among)
-        squared: list[Float[np.ndarray, "replan plan"] | None] = []
+        squared: list[Float[np.ndarray, "replan _"] | None] = []
         seen = np.zeros(len(these), np.bool_)
         watched = reading.watched(len(size), evidence.player)
         for agent in range(len(size)):

@@ -15,7 +15,14 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
+from ppinfer.testing.coordination import (
+    check_norm,
+    check_personality,
+    check_personality_twin,
+    check_policy,
+)
 from ppinfer.testing.example_logs import example_log
+from ppinfer.testing.example_play import example_plans, example_situation, example_trial
 from ppinfer.testing.game_laws import (
     check_game_batch_equals_loop,
     check_game_relabelling,
@@ -38,6 +45,7 @@ if TYPE_CHECKING:
     from ppinfer.testing.evidence_strategies import goal_evidences
     from ppinfer.testing.game_strategies import costs, games
     from ppinfer.testing.log_strategies import logs
+    from ppinfer.testing.play_strategies import histories, play_trials, situations
     from ppinfer.testing.strategies import (
         axes,
         axis_sets,
@@ -56,7 +64,10 @@ _LATER = dict.fromkeys(
     "goal_evidences": "ppinfer.testing.evidence_strategies",
     "costs": "ppinfer.testing.game_strategies",
     "games": "ppinfer.testing.game_strategies",
+    "histories": "ppinfer.testing.play_strategies",
     "logs": "ppinfer.testing.log_strategies",
+    "play_trials": "ppinfer.testing.play_strategies",
+    "situations": "ppinfer.testing.play_strategies",
 }
 
 
@@ -75,10 +86,14 @@ __all__ = [
     "check_game_relabelling",
     "check_ignorance",
     "check_likelihood",
+    "check_norm",
     "check_normalisation",
     "check_online_equals_offline",
     "check_order_of_evidence",
+    "check_personality",
+    "check_personality_twin",
     "check_player_order",
+    "check_policy",
     "check_pure_equilibria",
     "check_relabelling",
     "check_scale",
@@ -86,11 +101,17 @@ __all__ = [
     "costs",
     "distributions",
     "example_log",
+    "example_plans",
+    "example_situation",
+    "example_trial",
     "factors",
     "games",
     "goal_evidences",
+    "histories",
     "log_weights",
     "logs",
+    "play_trials",
     "relabellings",
+    "situations",
     "transitions",
 ]

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from itertools import combinations, pairwise
 
 import numpy as np
 from jaxtyping import Float
 
 from ppinfer.errors import GameError
-from ppinfer.games.strategies import expected_costs
+from ppinfer.games.mixtures import expected_costs
 
 FIRST_STEP = 0.0137  # no round number, so that no step ends on a bifurcation of a game of round costs
 LEAST_STEP = 1e-6
@@ -256,6 +257,7 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
     """Return where a function that changes its sign between two arguments is zero."""
     from scipy.optimize import brentq
 
+    function = cache(function)  # each call is a corrector of its own
     at_low, at_high = function(low), function(high)
     if at_low * at_high >= 0.0:  # rounding at an end
         return low if abs(at_low) < abs(at_high) else high

@@ -11,9 +11,9 @@ from jaxtyping import Float
 
 from ppinfer.distributions import Axis, Distribution
 from ppinfer.errors import GameError
-from ppinfer.games.game import Game
 from ppinfer.games.continuation import LogitSystem, trace
-from ppinfer.games.strategies import expected_costs, finite_costs, product_of, whole_plans
+from ppinfer.games.game import Game
+from ppinfer.games.mixtures import expected_costs, finite_costs, product_of, whole_plans
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from ppinfer.distributions import Axis, Distribution
 from ppinfer.errors import GameError
 from ppinfer.games.game import Game
-from ppinfer.games.strategies import expected_costs, finite_costs, product_of, whole_plans
+from ppinfer.games.mixtures import expected_costs, finite_costs, product_of, whole_plans
 
 SAME = 1e-7
 """Equilibria none of whose probabilities differ by more than this are one."""

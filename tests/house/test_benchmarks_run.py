@@ -73,6 +73,15 @@ def test_equilibria_are_timed_next_to_numpy_a_loop_and_a_pass_over_the_bytes_and
     assert ("pygambit missing" in printed) == (done["pygambit"] is None)
 
 
+def test_the_search_for_many_agents_is_timed_and_counted_against_the_table():
+    rows = json.loads(run("many_agents.py", "--quick", "--json"))["rows"]
+    assert [(row["agents"], row["plans"], row["profiles"]) for row in rows] == [(4, 8, 8**4), (8, 8, 8**8)]
+    for row in rows:
+        assert 0 < row["least"] <= row["median"]
+        assert row["equilibria"] >= 1
+    assert rows[0]["table_median"] > 0
+
+
 def test_every_benchmark_script_says_what_it_takes():
     scripts = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
     assert {"algebra.py", "equilibria.py", "goal_posterior.py"} <= set(scripts)

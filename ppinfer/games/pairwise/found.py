@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -119,7 +119,7 @@ class PairwiseEquilibria:
         has = self.profiles[:, position, None] == np.arange(len(plans))
         return Factor.from_mask([self.axis, plans], has).normalize(plans.name)
 
-    def undominated(self, *, dominance: Literal["weak", "strict"] = "weak") -> Factor:
+    def undominated(self, *, dominance: str = "weak") -> Factor:
         """Return the indicator of the profiles found that no other profile found dominates.
 
         Parameters

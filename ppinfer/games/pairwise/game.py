@@ -66,8 +66,8 @@ class PairwiseGame:
 
     def __init__(
         self,
-        costs: Sequence[Any],
-        collisions: Mapping[tuple[Any, Any], Any],
+        costs: Any,
+        collisions: Mapping[Any, Any],
         players: Sequence[str],
         plans: Sequence[Axis] | None = None,
     ) -> None:
@@ -196,7 +196,7 @@ def _checked_cost(cost: Any, player: str) -> Float[np.ndarray, " plan"]:
 
 
 def _checked_collisions(
-    collisions: Mapping[tuple[Any, Any], Any], players: tuple[str, ...], plans: tuple[Axis, ...]
+    collisions: Mapping[Any, Any], players: tuple[str, ...], plans: tuple[Axis, ...]
 ) -> Mapping[tuple[int, int], Bool[np.ndarray, "_ _"]]:
     """Return the tables by position, the lower one first."""
     checked: dict[tuple[int, int], np.ndarray] = {}

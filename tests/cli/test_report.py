@@ -1,7 +1,9 @@
 import pytest
 
+from ppinfer.studies import write_log
 from ppinfer.studies.posterior import write_posterior
 
+from ..plots.plays import make_plays
 from ..studies.posteriors import make_posterior
 from .commands import checked_json, run_one
 
@@ -55,3 +57,18 @@ def test_bad_requests_are_one_line_and_write_nothing(post, tmp_path, capsys, arg
     assert message in err
     assert err.count("\n") == 1
     assert not (tmp_path / "report").exists()
+
+
+def test_json_of_a_study_has_its_table_and_its_beliefs(tmp_path, capsys):
+    write_log(
+        make_plays(robots=("norm", "bayes"), humans=("norm",), scenes=1, unfinished=(0,)), tmp_path / "log.nc"
+    )
+    assert run_one("report", tmp_path / "log.nc", "-o", tmp_path / "report", "--json") == 0
+    out, err = capsys.readouterr()
+    printed = checked_json("report", out)
+    assert [row["robot"] for row in printed["task_performance"]["pooled"]] == ["norm", "bayes"]
+    # one scene says nothing of how scenes differ
+    assert printed["task_performance"]["pooled"][0]["total_s_sem"] is None
+    assert printed["beliefs"][0]["sem"] is None
+    assert printed["scores"] is None
+    assert "1 of 2 trials were not finished" in err

@@ -1,7 +1,6 @@
 import json
 import os
 import re
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from ppinfer.studies.posterior import write_posterior
 from ppinfer.studies.scores import score_posterior
 
 from ..studies.posteriors import make_posterior
+from .pages import Page
 
 
 @pytest.fixture(autouse=True)
@@ -27,34 +27,10 @@ def _write(tmp_path, posterior=None):
     return path
 
 
-class _Page(HTMLParser):
-    """Tags, links and text of a page, and whether its tags are balanced."""
-
-    _VOID = ("meta", "img", "link", "br", "hr", "input")
-
-    def __init__(self, text):
-        super().__init__()
-        self.tags, self.addresses, self.text, self._open = [], [], [], []
-        self.feed(text)
-        assert self._open == []
-
-    def handle_starttag(self, tag, attrs):
-        self.tags.append(tag)
-        self.addresses += [value for name, value in attrs if name in ("src", "href", "srcset", "action")]
-        if tag not in self._VOID:
-            self._open.append(tag)
-
-    def handle_endtag(self, tag):
-        assert self._open.pop() == tag
-
-    def handle_data(self, data):
-        self.text.append(data)
-
-
 def test_the_page_holds_everything_and_asks_for_nothing(tmp_path):
     report = write_report(_write(tmp_path), tmp_path / "report")
     text = report.page.read_text()
-    page = _Page(text)
+    page = Page(text)
     assert "script" not in page.tags
     assert "link" not in page.tags
     assert all(re.match(r"#|data:image/png;base64,", address) for address in page.addresses)
@@ -66,7 +42,7 @@ def test_the_page_holds_everything_and_asks_for_nothing(tmp_path):
 
 def test_the_page_says_what_it_is(tmp_path):
     report = write_report(_write(tmp_path), tmp_path / "report", trials=["t0"])
-    text = " ".join(" ".join(_Page(report.page.read_text()).text).split())
+    text = " ".join(" ".join(Page(report.page.read_text()).text).split())
     for part in (
         "goal-lqr",
         "rationality",
@@ -124,7 +100,7 @@ def test_what_a_log_says_cannot_become_markup(tmp_path):
     posterior.attrs[evil] = evil
     report = write_report(_write(tmp_path, posterior), tmp_path / "report")
     text = report.page.read_text()
-    page = _Page(text)
+    page = Page(text)
     assert "script" not in page.tags
     assert "<script" not in text
     assert evil in "".join(page.text)

@@ -79,7 +79,7 @@ def check_time(time: Float[np.ndarray, " sample"], rows: Rows, faults: Faults) -
 
 def check_marks(column: str, marks: Shaped[np.ndarray, "sample ..."], rows: Rows, faults: Faults) -> None:
     """Report marks, of observation for example, that are neither 0 nor 1."""
-    wrong = ((marks != 0) & (marks != 1)).reshape(marks.shape[0], -1).any(axis=1)
+    wrong = ((marks != 0) & (marks != 1)).any(axis=tuple(range(1, marks.ndim)))
     rows.report(
         faults,
         "wrong-value",

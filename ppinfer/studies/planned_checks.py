@@ -128,7 +128,7 @@ def check_replans(log: xr.Dataset, usable: set[str], places: ReplanPlaces, fault
     def report(
         kind: str, column: str, wrong: Shaped[np.ndarray, "replan ..."], say: str, remedy: str = ""
     ) -> None:
-        at = np.flatnonzero(wrong.reshape(wrong.shape[0], -1).any(axis=1))
+        at = np.flatnonzero(wrong.any(axis=tuple(range(1, wrong.ndim))))
         values = log.variables[column].values
         places.report(
             faults, kind, column, at, lambda number: say.format(value=values[at[number]].tolist()), remedy
@@ -314,7 +314,7 @@ def check_planned_trials(log: xr.Dataset, usable: set[str], names: list[str], fa
         values = log.variables[column].values
         faults.add_each(
             "wrong-value",
-            np.flatnonzero(wrong.reshape(wrong.shape[0], -1).any(axis=1)).tolist(),
+            np.flatnonzero(wrong.any(axis=tuple(range(1, wrong.ndim)))).tolist(),
             lambda trial: Fault(
                 "wrong-value", f"is {values[trial].tolist() if wrong.ndim > 1 else values[trial]!r}",
                 remedy, trial=names[trial], column=column,

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from jaxtyping import Bool, Float
 
-from ppinfer.coordination import LiteralPersonality, Motion, Personality, PlanSet, Situation
+from ppinfer.coordination import LiteralPersonality, Motion, Personality, PersonalityModel, PlanSet, Situation
 from ppinfer.studies import Replan, Trial, log_of_trials
 from ppinfer.studies.personality_models import personality_text
 
@@ -16,14 +17,20 @@ _DT = 0.1
 _STEPS = 8
 AGENTS = ("human", "robot")
 THETA = ("human", "robot")
+_BELIEFS: dict[str, PersonalityModel | None] = {
+    "bayes": Personality(),
+    "bayes-literal": LiteralPersonality(),
+    "norm": None,
+}
 
 
-def example_planned_log(*, trials: int = 3, replans: int = 4, plans: int = 3, seed: int = 0) -> xr.Dataset:
+def example_planned_log(
+    *, trials: int = 3, replans: int = 4, plans: int = 3, robots: Sequence[str] = ("bayes",), seed: int = 0
+) -> xr.Dataset:
     """Return a study log of two arms that replan every 0.8 s: plans, games, decisions and where they led.
 
     Both agents look at the same plans. The games are random; each agent takes its plan of the profile, among those
-    where nobody collides, that costs both together least. The robot believes what `Personality` says, in every third
-    trial what `LiteralPersonality` says, and in every third it has no beliefs. In some steps both are held.
+    where nobody collides, that costs both together least. In some steps both are held.
 
     Parameters
     ----------
@@ -31,6 +38,8 @@ def example_planned_log(*, trials: int = 3, replans: int = 4, plans: int = 3, se
         How many trials, and replans of each agent in a trial.
     plans : int
         How many plans each agent has, besides the one that does not move.
+    robots : sequence of {"bayes", "bayes-literal", "norm"}
+        Whose beliefs are logged, trial by trial, over and over: those of `Personality`, of `LiteralPersonality`, none.
     seed : int
         Of everything.
 
@@ -40,12 +49,12 @@ def example_planned_log(*, trials: int = 3, replans: int = 4, plans: int = 3, se
     >>> log.sizes["replan"], log.sizes["plan"], log.sizes["profile"]
     (12, 96, 192)
     """
-    drawn, options = planned_study(trials=trials, replans=replans, plans=plans, seed=seed)
+    drawn, options = planned_study(trials=trials, replans=replans, plans=plans, robots=robots, seed=seed)
     return log_of_trials(drawn, **options)
 
 
 def planned_study(
-    *, trials: int = 3, replans: int = 4, plans: int = 3, seed: int = 0
+    *, trials: int = 3, replans: int = 4, plans: int = 3, robots: Sequence[str] = ("bayes",), seed: int = 0
 ) -> tuple[list[Trial], dict[str, Any]]:
     """Return the trials of `example_planned_log`, and what else `log_of_trials` takes.
 
@@ -57,18 +66,18 @@ def planned_study(
     """
     children = np.random.SeedSequence(seed).spawn(trials)
     drawn = [
-        _trial(index, np.random.default_rng(child), replans=replans, plans=plans)
+        _trial(index, robots[index % len(robots)], np.random.default_rng(child), replans=replans, plans=plans)
         for index, child in enumerate(children)
     ]
     return drawn, {"agents": AGENTS, "space": ("shoulder", "elbow"), "theta": THETA, "position_units": "rad"}
 
 
-def _trial(index: int, rng: np.random.Generator, *, replans: int, plans: int) -> Trial:
+def _trial(index: int, robot: str, rng: np.random.Generator, *, replans: int, plans: int) -> Trial:
     where = rng.uniform(-1.0, 1.0, (2, 2))
     goal = where + rng.uniform(1.0, 2.0, (2, 2))
     motion = Motion(where[None], np.zeros((1, 2, 2)), np.zeros(1, bool), _DT)
     moved = [motion]
-    model = (Personality(), LiteralPersonality(), None)[index % 3]
+    model = _BELIEFS[robot]
     state = None
     made: list[Replan] = []
     for number in range(replans):
@@ -117,7 +126,7 @@ def _trial(index: int, rng: np.random.Generator, *, replans: int, plans: int) ->
         velocity=np.concatenate([moved[0].velocity, *(piece.velocity[1:] for piece in moved[1:])]),
         seed=index,
         outcome="completed",
-        controller={"human": "norm", "robot": ("bayes", "bayes-literal", "norm")[index % 3]},
+        controller={"human": "norm", "robot": robot},
         variables={
             "held": (("sample",), held),
             "end_effector": (("sample", "agent", "table"), _hand(placed)),

@@ -13,7 +13,7 @@ from .commands import checked_json, run_one
 def log(tmp_path_factory):
     """Return a log with replans on disk."""
     path = tmp_path_factory.mktemp("plays") / "plays.nc"
-    write_log(example_planned_log(trials=3, replans=3), path)
+    write_log(example_planned_log(trials=3, replans=3, robots=("bayes", "bayes-literal", "norm")), path)
     return path
 
 

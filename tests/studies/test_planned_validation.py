@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ppinfer.studies import log_of_trials, read_log, validate_log, write_log
+from ppinfer.studies import log_of_trials, read_log, select_trials, validate_log, write_log
 from ppinfer.studies.faults import FaultyLogError
 from ppinfer.studies.schema import REPLAN_VARIABLES, VARIABLES
 from ppinfer.testing.example_plays import planned_study
@@ -124,6 +124,12 @@ def test_grids_that_are_not_the_profiles_are_told():
     # as many plans as before, but other grids
     log.plan_row_size.values[0] = [2, 4]
     assert ("wrong-length", None, None, None, "cost") in found(log)
+
+
+def test_trials_without_any_replan_are_sound():
+    log = select_trials(log_of_trials([TRIALS[0], replace(TRIALS[1], replans=())], **OPTIONS), [1])
+    assert log.sizes["replan"] == 0
+    assert validate_log(log).ok
 
 
 def test_an_agent_without_plans_costs_nothing_and_decides_nothing():

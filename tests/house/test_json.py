@@ -12,6 +12,7 @@ import pytest
 from ppinfer.cli import COMMANDS, build_parser
 from ppinfer.studies import write_log
 from ppinfer.testing import example_log
+from ppinfer.testing.example_plays import example_planned_log
 
 from .pages import ROOT, run_command
 
@@ -72,13 +73,14 @@ def objects_of(schema):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return a folder with a log, two posteriors and a fitted model, made by the commands themselves."""
+    """Return a folder with two logs, two posteriors and a fitted model, made by the commands themselves."""
     folder = tmp_path_factory.mktemp("commands")
     log = folder / "log.nc"
     if SMALL.exists():
         log.write_bytes(SMALL.read_bytes())
     else:
         write_log(example_log(), log)
+    write_log(example_planned_log(trials=2, replans=3), folder / "plays.nc")
     (folder / "table.csv").write_text(TABLE)
     (folder / "mapping.toml").write_text(MAPPING)
     for name, model in (("near", "nearest"), ("lqr", "goal-lqr")):
@@ -89,7 +91,7 @@ def folder(tmp_path_factory):
 
 LINES = {
     "convert": ["convert {0}/table.csv -o {0}/made.nc --from tidy --mapping {0}/mapping.toml"],
-    "validate": ["validate {0}/log.nc", "validate {0}/near.nc"],
+    "validate": ["validate {0}/log.nc", "validate {0}/near.nc", "validate {0}/plays.nc"],
     "fit": [
         "fit {0}/log.nc --model nearest -o {0}/near.toml",
         "fit {0}/log.nc --model heading --folds 0 -o {0}/head.toml",
@@ -99,6 +101,8 @@ LINES = {
         "infer {0}/log.nc -o {0}/again.nc --model goal-lqr --mode smooth --set stay=0.98",
         "infer {0}/log.nc -o {0}/again.nc --model goal-kalman",
         "infer {0}/log.nc -o {0}/again.nc --model heading",
+        "infer {0}/plays.nc -o {0}/theta.nc --model personality",
+        "infer {0}/plays.nc -o {0}/theta.nc --model personality --agent human --variant literal",
     ],
     "score": ["score {0}/lqr.nc --at 0.5 1 --by-participant"],
     "compare": ["compare {0}/near.nc {0}/lqr.nc --at 0.5 --resamples 100"],

@@ -82,6 +82,17 @@ def test_the_search_for_many_agents_is_timed_and_counted_against_the_table():
     assert rows[0]["table_median"] > 0
 
 
+def test_a_replan_is_timed_stage_by_stage_and_its_table_held_against_the_physical_world():
+    done = json.loads(run("replan.py", "--quick", "--json"))
+    names = [row["name"] for row in done["rows"]]
+    for policy in ("bayes", "bayes-risk"):
+        for stage in ("plans of both agents", "table", "equilibria", "equilibria and belief", "whole replan"):
+            assert f"{policy}: {stage}" in names
+    assert all(0 < row["mean"] <= row["largest"] for row in done["rows"])
+    # profiles in which arms graze may differ by a step
+    assert done["stepping_pymunk"]["agree"] >= done["stepping_pymunk"]["profiles"] - 2
+
+
 def test_every_benchmark_script_says_what_it_takes():
     scripts = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
     assert {"algebra.py", "equilibria.py", "goal_posterior.py"} <= set(scripts)

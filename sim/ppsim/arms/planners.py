@@ -35,8 +35,10 @@ _LOCK = threading.Lock()
 
 
 class _Problem(NamedTuple):
-    """The objects of OMPL that are made once for every joint space."""
+    """The objects of OMPL that are made once for every joint space, and what is called for every solve."""
 
+    set_seed: Any
+    condition: Any
     information: Any
     definition: Any
     start: Any
@@ -112,17 +114,14 @@ def _solve(
     seed: int,
 ) -> list[tuple[float, float]]:
     """Return the vertices of one path; where a planner finds none, the next seed is tried."""
-    from ompl.base import PlannerTerminationCondition
-    from ompl.util import RNG
-
     if start == goal:
         return [(goal[0], goal[1])]
-    information, definition, here, there = problem
+    set_seed, condition, information, definition, here, there = problem
     here[0], here[1] = start
     there[0], there[1] = goal
     for attempt in range(_ATTEMPTS):
         # the seed goes in right before the planner is made, whose generators take theirs from it
-        RNG.setSeed((seed + attempt) % _LARGEST_SEED + 1)
+        set_seed((seed + attempt) % _LARGEST_SEED + 1)
         solver = make(information)
         if longest is not None:
             solver.setRange(longest)
@@ -130,7 +129,7 @@ def _solve(
         definition.setStartAndGoalStates(here, there)
         solver.setProblemDefinition(definition)
         solver.setup()
-        solver.solve(PlannerTerminationCondition(_Countdown(budget)))
+        solver.solve(condition(_Countdown(budget)))
         if definition.hasExactSolution():
             path = [(state[0], state[1]) for state in definition.getSolutionPath().getStates()]
             if path[0] == tuple(start) and path[-1] == tuple(goal):
@@ -145,11 +144,13 @@ def _solve(
 def _problem(limits: tuple[float, float]) -> _Problem:
     from ompl.base import (
         AllValidStateValidityChecker,
+        PlannerTerminationCondition,
         ProblemDefinition,
         RealVectorBounds,
         RealVectorStateSpace,
         SpaceInformation,
     )
+    from ompl.util import RNG
 
     space = RealVectorStateSpace(len(limits))
     bounds = RealVectorBounds(len(limits))
@@ -162,7 +163,12 @@ def _problem(limits: tuple[float, float]) -> _Problem:
     information.setStateValidityChecker(AllValidStateValidityChecker(information))
     information.setup()
     return _Problem(
-        information, ProblemDefinition(information), information.allocState(), information.allocState()
+        RNG.setSeed,
+        PlannerTerminationCondition,
+        information,
+        ProblemDefinition(information),
+        information.allocState(),
+        information.allocState(),
     )
 
 

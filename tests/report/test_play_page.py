@@ -8,6 +8,7 @@ import pytest
 from ppinfer.errors import LogError
 from ppinfer.plots import mean_beliefs, read_beliefs
 from ppinfer.report import write_report
+from ppinfer.report.figures import png_of
 from ppinfer.report.play_trials import choose_plays
 from ppinfer.report.rendering import number
 from ppinfer.studies import write_log
@@ -19,9 +20,16 @@ from .pages import Page
 
 
 @pytest.fixture(autouse=True)
-def coarse_figures(monkeypatch):
-    """Draw small: what is on the pages is tested, not how sharp it is."""
+def undrawn_figures(monkeypatch):
+    """Leave figures blank: drawing them takes longer than all else, and pictures have tests of their own."""
+    monkeypatch.setattr("ppinfer.report.play_figures.png_of", lambda figure: b"\x89PNG")
+
+
+@pytest.fixture
+def drawn_figures(undrawn_figures, monkeypatch):
+    """Draw figures after all, coarsely."""
     monkeypatch.setattr("ppinfer.report.figures._DPI", 30)
+    monkeypatch.setattr("ppinfer.report.play_figures.png_of", png_of)
 
 
 def _report(tmp_path, log, **options):
@@ -38,7 +46,7 @@ def _cells(row, metrics=("total_s", "robot_s", "human_s", "stops", "stop_episode
     )
 
 
-def test_the_page_of_a_study_has_its_pictures_tables_and_sheet(tmp_path):
+def test_the_page_of_a_study_has_its_pictures_tables_and_sheet(tmp_path, drawn_figures):
     log = make_plays()
     report = _report(tmp_path, log)
     assert [path.name for path in report.figures] == [
@@ -170,7 +178,7 @@ def test_what_a_study_log_says_cannot_become_markup(tmp_path):
     assert evil in "".join(Page(text).text)
 
 
-def test_the_same_study_makes_the_same_page(tmp_path):
+def test_the_same_study_makes_the_same_page(tmp_path, drawn_figures):
     log = make_plays(robots=("bayes",), humans=("norm",))
     one = _report(tmp_path, log).page.read_bytes()
     assert write_report(tmp_path / "log.nc", tmp_path / "again").page.read_bytes() == one

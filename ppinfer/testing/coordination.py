@@ -194,7 +194,7 @@ def check_personality_twin(
     >>> check_personality_twin(Personality(), np.random.default_rng(0), trials=100)
     """
     history = PlayHistory.from_situations(
-        [example_trial(rng, replans=replans, plans=(5, 5), held=0.0) for _ in range(trials)], "robot"
+        [example_trial(rng, replans=replans, plans=(5, 5), colliding=0.6, held=0.0) for _ in range(trials)], "robot"
     )
     evidence = history.seen_by("robot")
     count = len(model.theta(history.agents))

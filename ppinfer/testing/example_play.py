@@ -148,6 +148,7 @@ def example_trial(
         rng, agents=agents, plans=plans, starts=where, colliding=colliding, durations=durations
     )
     trial, time = [situation], 0.0
+    speed = np.zeros_like(where)
     for turn in range(1, replans):
         steps = int(rng.choice([8, 8, 8, 3, 17]))
         stopped = rng.random(steps) < held
@@ -161,6 +162,7 @@ def example_trial(
             followed = int(rng.integers(len(own)))
             position[:, agent] = own.positions(clock * DT)[followed]
             velocity[:, agent] = own.velocities(clock * DT)[followed]
+        velocity[0], speed = speed, velocity[-1].copy()
         position[1:] += rng.normal(scale=0.05, size=position[1:].shape)
         time += steps * DT
         sizes = list(plans)

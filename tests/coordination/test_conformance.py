@@ -134,18 +134,9 @@ class FirstPlan(Norm):
         return -np.broadcast_to(np.arange(among.shape[-1], dtype=float), among.shape)
 
 
-@dataclass(frozen=True)
-class AcrossGames(Norm):
-    """Looks at other games."""
-
-    def log_weights(self, costs, among):
-        return -0.01 * costs.min(axis=0) * costs.size
-
-
-@pytest.mark.parametrize(("norm", "law"), [(FirstPlan(), "another order"), (AcrossGames(), "many games")])
-def test_a_broken_norm_is_told_which_law_it_breaks(norm, law):
-    with pytest.raises(AssertionError, match=law):
-        check_norm(norm, agents=(2,))
+def test_a_broken_norm_is_told_which_law_it_breaks():
+    with pytest.raises(AssertionError, match="another order"):
+        check_norm(FirstPlan(), agents=(2,))
 
 
 @dataclass(frozen=True)
@@ -176,7 +167,7 @@ class Overconfident(Personality):
     """Believes that motion is less noisy than it is when it simulates."""
 
     def simulate(self, design, rng):
-        return replace(Personality(), rationality=self.rationality / 10).simulate(design, rng)
+        return replace(Personality(), rationality=self.rationality / 20).simulate(design, rng)
 
 
 def test_a_personality_that_simulates_other_agents_than_it_infers_is_told_so():

@@ -37,7 +37,7 @@ THETA_VARIABLES: dict[str, ThetaVariable] = {
     "participant": ThetaVariable(("trial",), "str", "who took part"),
     "model": ThetaVariable(("trial",), "str", "JSON of the model that was applied: model and parameters"),
     "replan_row_size": ThetaVariable(("trial",), "int64", "number of replans of the viewer in the trial"),
-    "replan_time": ThetaVariable(("replan",), "float64", "seconds since the trial began"),
+    "replan_time": ThetaVariable(("replan",), "float64", "since the trial began (s)"),
     "replan_sample": ThetaVariable(("replan",), "int64", "the sample it was made at, counted within the trial"),
     "replan_agent": ThetaVariable(("replan",), "str", "the viewer: whose belief it is"),
     "log_posterior": ThetaVariable(
@@ -57,6 +57,22 @@ THETA_VARIABLES: dict[str, ThetaVariable] = {
     "live_model": ThetaVariable(("trial",), "str", "JSON of the model held live", required=False),
 }  # fmt: skip
 """Every variable that a posterior over theta may hold."""
+
+
+def theta_table() -> str:
+    """Return the table of variables as Markdown; ``docs/log-format.md`` holds exactly this.
+
+    Examples
+    --------
+    >>> print(theta_table().splitlines()[2])
+    | `theta` | (theta) | str | yes | whom an agent's equilibria favour: labels |
+    """
+    rows = ["| variable | dimensions | type | required | meaning |", "| --- | --- | --- | --- | --- |"]
+    rows += [
+        f"| `{name}` | ({', '.join(spec.dims)}) | {spec.kind} | {'yes' if spec.required else ''} | {spec.meaning} |"
+        for name, spec in THETA_VARIABLES.items()
+    ]
+    return "\n".join(rows)
 
 
 def is_theta_posterior(dataset: xr.Dataset) -> bool:

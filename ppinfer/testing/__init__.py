@@ -43,6 +43,7 @@ from ppinfer.testing.laws_over_time import check_online_equals_offline, check_sm
 
 if TYPE_CHECKING:
     from ppinfer.testing.evidence_strategies import goal_evidences
+    from ppinfer.testing.example_plays import example_planned_log
     from ppinfer.testing.game_strategies import costs, games
     from ppinfer.testing.log_strategies import logs
     from ppinfer.testing.play_strategies import histories, play_trials, situations
@@ -56,13 +57,14 @@ if TYPE_CHECKING:
         transitions,
     )
 
-# what needs Hypothesis, and the module that it is in
+# what needs Hypothesis or whole study logs, and the module that it is in
 _LATER = dict.fromkeys(
     ("axes", "axis_sets", "distributions", "factors", "log_weights", "relabellings", "transitions"),
     "ppinfer.testing.strategies",
 ) | {
     "goal_evidences": "ppinfer.testing.evidence_strategies",
     "costs": "ppinfer.testing.game_strategies",
+    "example_planned_log": "ppinfer.testing.example_plays",
     "games": "ppinfer.testing.game_strategies",
     "histories": "ppinfer.testing.play_strategies",
     "logs": "ppinfer.testing.log_strategies",
@@ -101,6 +103,7 @@ __all__ = [
     "costs",
     "distributions",
     "example_log",
+    "example_planned_log",
     "example_plans",
     "example_situation",
     "example_trial",

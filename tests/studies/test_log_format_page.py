@@ -11,6 +11,7 @@ from ppinfer.cli import convert
 from ppinfer.studies import READERS
 from ppinfer.studies.readers.mapping import Mapping
 from ppinfer.studies.schema import schema_table
+from ppinfer.studies.theta_posterior import theta_table
 
 PAGE = (Path(__file__).parents[2] / "docs" / "log-format.md").read_text(encoding="utf-8")
 
@@ -21,6 +22,7 @@ def blocks(language):
 
 def test_the_table_of_variables_is_that_of_the_code():
     assert schema_table() in PAGE
+    assert theta_table() in PAGE
 
 
 def test_every_reader_has_its_section():

@@ -216,6 +216,9 @@ def play(
     return _Trial(scene, policies, seed, plan_sets == "shared", execution or Execution()).play()
 
 
+#: plans, times of collision, and times of contact
+_View = tuple[tuple[PlanSet, ...], Float[np.ndarray, "one two"], Float[np.ndarray, "one two"]]
+
 #: spawn keys that keep apart the seeds of plans, of what policies draw, and of coins
 _PLANS, _CHANCE, _COINS = 0, 1, 2
 
@@ -294,15 +297,19 @@ class _Trial:
         }
         count = max(self.seats[agent].policy.samples for agent in self.active)
         shared = self._plans(0, here, rests, count) if self.shared else None
+        seen: dict[int, _View] = {}
         for viewer, agent in enumerate(self.agents):
             seat = self.seats[agent]
             if agent not in here or seat.retreat:
                 continue
+            want = seat.policy.samples
             if shared is None:
-                own = {agent: rests[agent]}
-                situation = self._situation(self._plans(viewer, here, own, seat.policy.samples), seat)
+                view = self._view(self._plans(viewer, here, {agent: rests[agent]}, want), want)
             else:
-                situation = self._situation(shared, seat)
+                # who wants as many plans looks at the same
+                view = seen[want] if want in seen else self._view(shared, want)
+                seen[want] = view
+            situation = self._situation(view, seat)
             decision = seat.policy.decide(situation, agent, seat.memory)
             plans = situation.plans[viewer]
             if not 0 <= decision.plan < len(plans):
@@ -342,8 +349,8 @@ class _Trial:
             )
         return tuple(plans)
 
-    def _situation(self, plans: tuple[PlanSet, ...], seat: _Seat) -> Situation:
-        want = seat.policy.samples
+    def _view(self, plans: tuple[PlanSet, ...], want: int) -> _View:
+        """Return as many of the plans as somebody wants to look at, and when they come into contact."""
         if any(len(own) > want + 1 for own in plans):
             # shared sets are as large as the more curious of the two wants them
             plans = tuple(own.restrict([*range(min(want, len(own) - 1)), len(own) - 1]) for own in plans)
@@ -358,6 +365,10 @@ class _Trial:
                 stride=self.execution.collision_stride,
                 clearance=self.execution.clearance,
             )
+        return plans, collision, contact
+
+    def _situation(self, view: _View, seat: _Seat) -> Situation:
+        plans, collision, contact = view
         motion = None
         if seat.replanned is not None:
             held = np.array(self.held[seat.replanned :])
@@ -391,7 +402,7 @@ class _Trial:
         """Let arms grasp, and let them finish."""
         for agent in self.active:
             seat, task = self.seats[agent], self.scene.tasks[agent]
-            tip = self.scene.arms[agent].end_effector(self.positions[-1][self.agents.index(agent)])
+            tip = self.world.end_effector(agent)
             if not seat.holding and np.linalg.norm(tip - task.pick) <= NEAR:
                 seat.holding = True
                 self.world.grasp(agent)

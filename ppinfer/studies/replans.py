@@ -37,6 +37,8 @@ class Replan:
         The profile chosen, a plan of each of `plans`; -1 for others where none was chosen for them.
     live_log_posterior : (theta,) float64, optional
         Log p(theta) that the agent held; None where it held none.
+    theta : sequence of str, optional
+        The labels that it held it over, some or all of the log's in any order; by default all in the log's order.
     seed : int
         Of the plans.
 
@@ -56,6 +58,7 @@ class Replan:
     decision: Sequence[int]
     live_log_posterior: Float[np.ndarray, " theta"] | None = None
     seed: int = 0
+    theta: Sequence[str] | None = None
 
     @classmethod
     def of(cls, situation: Situation, agent: str, sample: int, decision: Decision) -> Replan:
@@ -89,11 +92,12 @@ class Replan:
         player = situation.player(agent)
         profile = [-1] * len(situation.plans) if decision.profile is None else list(decision.profile)
         profile[player] = decision.plan
-        belief = None
+        belief, theta = None, None
         if decision.belief is not None:
             axes = tuple(axis.name for axis in decision.belief.axes)
             if axes != ("theta",):
                 raise LogError(f"a live posterior is over theta alone; {agent!r} holds one over {axes}")
+            theta = tuple(str(label) for label in decision.belief.axes[0].labels)
             belief = np.asarray(decision.belief.log_values, np.float64)
         if situation.contact_time is None:
             raise LogError("the situation has no contact_time; give it (inf where agents never touch)")
@@ -107,6 +111,7 @@ class Replan:
             decision=tuple(profile),
             live_log_posterior=belief,
             seed=situation.seed,
+            theta=theta,
         )
 
 
@@ -119,7 +124,7 @@ class ReplanTable:
 
     Examples
     --------
-    >>> ReplanTable.of([], agents=("robot",), space=1, theta=0).sizes
+    >>> ReplanTable.of([], agents=("robot",), space=1, theta=()).sizes
     {'replan': 0, 'plan': 0, 'waypoint': 0, 'profile': 0}
     """
 
@@ -149,7 +154,9 @@ class ReplanTable:
         }
 
     @classmethod
-    def of(cls, replans: Sequence[Replan], *, agents: Sequence[str], space: int, theta: int) -> ReplanTable:
+    def of(
+        cls, replans: Sequence[Replan], *, agents: Sequence[str], space: int, theta: Sequence[str]
+    ) -> ReplanTable:
         """Lay replans end to end.
 
         Parameters
@@ -158,8 +165,10 @@ class ReplanTable:
             In the order in which they were made.
         agents : sequence of str
             All agents of the log, in its order; one without plans has left.
-        space, theta : int
-            How many coordinates a position has, and how many labels ``theta``.
+        space : int
+            How many coordinates a position has.
+        theta : sequence of str
+            The log's labels of theta; of those that an agent did not think of, it thought none possible.
 
         Raises
         ------
@@ -170,7 +179,7 @@ class ReplanTable:
         n, shape = len(replans), (len(replans), len(agents))
         row_size = np.zeros(shape, np.int64)
         static, committed, decision = (np.full(shape, -1, np.int64) for _ in range(3))
-        belief = np.full((n, theta), np.nan)
+        belief = np.full((n, len(theta)), np.nan)
         waypoints: list[tuple[Any, Any, Any]] = [(np.zeros(0, np.int64), np.zeros(0), np.zeros((0, space)))]
         grids: list[tuple[Any, Any]] = [(np.zeros((0, len(agents))), np.zeros(0))]
         for number, replan in enumerate(replans):
@@ -203,12 +212,7 @@ class ReplanTable:
                 _grid(replan, order, [at[replan.plans[index].agent] for index in order], len(agents), where)
             )
             if replan.live_log_posterior is not None:
-                held = np.asarray(replan.live_log_posterior, np.float64)
-                if held.shape != (theta,):
-                    raise LogError(
-                        f"{where}: live_log_posterior has shape {held.shape}; the log's theta has {theta} labels"
-                    )
-                belief[number] = held
+                belief[number] = _belief(replan, theta, where)
         sizes, times, places = (np.concatenate(parts) for parts in zip(*waypoints, strict=True))
         costs, contacts = (np.concatenate(parts) for parts in zip(*grids, strict=True))
         return cls(
@@ -240,6 +244,21 @@ class ReplanTable:
             )
         except ValueError as error:
             raise LogError(f"replans of trials that do not belong together: {error}") from error
+
+
+def _belief(replan: Replan, theta: Sequence[str], where: str) -> Float[np.ndarray, " theta"]:
+    held = np.asarray(replan.live_log_posterior, np.float64)
+    labels = list(theta) if replan.theta is None else list(replan.theta)
+    if held.shape != (len(labels),):
+        raise LogError(f"{where}: live_log_posterior has shape {held.shape}; theta has {len(labels)} labels")
+    unknown = [label for label in labels if label not in theta]
+    if unknown:
+        raise LogError(
+            f"{where}: the belief is over theta {labels}, the log's theta is {list(theta)}; give the log all labels"
+        )
+    out = np.full(len(theta), -np.inf)
+    out[[list(theta).index(label) for label in labels]] = held
+    return out
 
 
 def _grid(

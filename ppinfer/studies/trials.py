@@ -89,9 +89,7 @@ class Trial:
         if isinstance(self.replans, ReplanTable):
             return self.replans
         try:
-            return ReplanTable.of(
-                self.replans, agents=agents, space=np.shape(self.position)[-1], theta=len(theta)
-            )
+            return ReplanTable.of(self.replans, agents=agents, space=np.shape(self.position)[-1], theta=theta)
         except LogError as error:
             raise LogError(f"trial {self.trial_id!r}: {error}") from error
 

@@ -53,7 +53,7 @@ def replan_of(*plans, agent="robot", **changed):
 def test_costs_run_over_the_grid_in_the_order_of_the_logs_agents():
     robot, human = moving("robot", 3), moving("human", 1)
     replan = replan_of(robot, human)
-    table = ReplanTable.of([replan], agents=("human", "robot"), space=1, theta=0)
+    table = ReplanTable.of([replan], agents=("human", "robot"), space=1, theta=())
     for human_plan in range(2):
         for robot_plan in range(4):
             row = human_plan * 4 + robot_plan
@@ -68,7 +68,7 @@ def test_costs_run_over_the_grid_in_the_order_of_the_logs_agents():
 
 
 def test_an_agent_that_has_left_has_no_plans_and_no_costs():
-    table = ReplanTable.of([replan_of(moving("robot"))], agents=("human", "robot"), space=1, theta=0)
+    table = ReplanTable.of([replan_of(moving("robot"))], agents=("human", "robot"), space=1, theta=())
     assert table.plan_row_size.tolist() == [[0, 3]]
     assert table.decision.tolist() == [[-1, 0]]
     assert np.isnan(table.cost[:, 0]).all()
@@ -82,13 +82,17 @@ def test_an_agent_that_has_left_has_no_plans_and_no_costs():
         ({"contact_time": np.zeros(2)}, "contact_time has shape"),
         ({"decision": [0, 0]}, "the decision has 2 plans for 1 agents"),
         ({"plans": [moving("ghost")]}, "agents are"),
-        ({"live_log_posterior": np.zeros(3)}, r"shape \(3,\); the log's theta has 2 labels"),
+        ({"live_log_posterior": np.zeros(3)}, r"shape \(3,\); theta has 2 labels"),
+        (
+            {"live_log_posterior": np.zeros(1), "theta": ["fair"]},
+            r"over theta \['fair'\], the log's theta is \['human', 'robot'\]",
+        ),
     ],
 )
 def test_replans_that_do_not_fit_are_refused_by_name(changed, told):
     replan = replan_of(moving("robot"), **changed)
     with pytest.raises(LogError, match=told):
-        ReplanTable.of([replan], agents=("human", "robot"), space=1, theta=2)
+        ReplanTable.of([replan], agents=("human", "robot"), space=1, theta=("human", "robot"))
 
 
 def test_a_decision_becomes_a_replan_with_its_belief():
@@ -103,6 +107,12 @@ def test_a_decision_becomes_a_replan_with_its_belief():
     assert alone.live_log_posterior is None
     with pytest.raises(LogError, match="over theta alone"):
         Replan.of(situation, "human", 8, Decision(1, over, belief=over))
+
+
+def test_beliefs_are_put_under_the_logs_labels_by_name():
+    replan = replan_of(moving("robot"), live_log_posterior=np.log([0.3, 0.7]), theta=["robot", "human"])
+    table = ReplanTable.of([replan], agents=("human", "robot"), space=1, theta=("human", "fair", "robot"))
+    np.testing.assert_allclose(np.exp(table.live_log_posterior), [[0.7, 0.0, 0.3]])
 
 
 def test_a_planned_study_is_recorded_to_the_last_bit_infinities_included(tmp_path):

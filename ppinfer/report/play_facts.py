@@ -40,6 +40,18 @@ def personal_robots(performance: TaskPerformance, beliefs: ReplanBeliefs | None)
     return [name for name in robots if name in believers] or robots[:1]
 
 
+def inferring_trials(log: xr.Dataset) -> Bool[np.ndarray, " trial"]:
+    """Return the trials in which a model held the belief; in others, as an oracle's, the robot was told it.
+
+    A log that names no model at all may just not say: then any belief counts.
+    """
+    told = np.ones(log.sizes["trial"], dtype=bool)
+    if "live_model" in log:
+        named = np.array([bool(str(text)) for text in log["live_model"].values])
+        told = named if named.any() else told
+    return told
+
+
 def wanted_trials(
     dataset: xr.Dataset, participants: Sequence[str] | None, exclude: Sequence[str] | None
 ) -> Bool[np.ndarray, " trial"]:

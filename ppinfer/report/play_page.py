@@ -18,7 +18,14 @@ from ppinfer.plots.replan_beliefs import (
     mean_beliefs,
     read_beliefs,
 )
-from ppinfer.report.play_facts import baselines, log_provenance, log_sheet, personal_robots, wanted_trials
+from ppinfer.report.play_facts import (
+    baselines,
+    inferring_trials,
+    log_provenance,
+    log_sheet,
+    personal_robots,
+    wanted_trials,
+)
 from ppinfer.report.play_figures import (
     belief_figure,
     differences_figure,
@@ -76,7 +83,9 @@ def write_play_page(
         wanted = wanted_trials(log, participants, exclude)
         chosen = None if trials is None else named_trials(log, trials)
         performance = _among(task_performance(log), wanted)
-        beliefs = read_beliefs(log).among(wanted) if belief_variable(log) is not None else None
+        beliefs = (
+            None if belief_variable(log) is None else read_beliefs(log).among(wanted & inferring_trials(log))
+        )
         against = baselines(performance)
         told = _Told(
             pooled=performance.pooled(),

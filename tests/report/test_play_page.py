@@ -262,6 +262,17 @@ def test_without_beliefs_and_stops_the_first_trial_is_shown():
     ] == [(1, "the first in the file")]
 
 
+def test_what_an_oracle_was_told_is_no_belief(tmp_path):
+    log = make_plays(robots=("oracle", "bayes"), believers=("oracle", "bayes"))
+    told = np.array(["/oracle/" in name for name in log["trial_id"].values.tolist()])
+    log["live_model"].values[told] = ""
+    report = _report(tmp_path, log)
+    assert {one.robot for one in report.beliefs} == {"bayes"}
+    words = Page(report.page.read_text()).words
+    assert "bayes against each human" in words
+    assert "oracle against each human" not in words
+
+
 def test_other_logs_are_refused_as_before(tmp_path):
     log = make_plays(robots=("norm",), humans=("norm",), scenes=1).drop_vars("stops")
     with pytest.raises(LogError, match="is not a posterior file"):

@@ -55,6 +55,24 @@ class Policy(ABC):
         How many plans it wants sampled for each agent, besides the static one.
     commits : bool
         Whether the rest of the plan that it is executing takes the place of the first of its sampled plans.
+
+    Examples
+    --------
+    A policy of one's own: never move.
+
+    >>> from dataclasses import dataclass
+    >>> import numpy as np
+    >>> from ppinfer.coordination import Decision, PlanSet, Policy, Situation
+    >>> from ppinfer.distributions import Factor
+    >>> @dataclass(frozen=True)
+    ... class Stay(Policy):
+    ...     def decide(self, situation, ego, memory=None):
+    ...         own = situation.plans[situation.player(ego)]
+    ...         still = np.arange(len(own)) == own.static
+    ...         return Decision(own.static, Factor.from_mask([own.axis], still).normalize(own.axis.name))
+    >>> plans = [PlanSet.holding("robot", [0.0]), PlanSet.holding("human", [1.0])]
+    >>> Stay().decide(Situation.from_contacts(plans, [[np.inf]]), "robot").plan
+    0
     """
 
     name: ClassVar[str] = "custom"

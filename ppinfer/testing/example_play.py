@@ -38,7 +38,7 @@ def example_plans(
     Examples
     --------
     >>> example_plans("robot", np.zeros(2), np.random.default_rng(0), plans=3).duration.round(1)
-    array([10. ,  3.6,  0. ])
+    array([6.1, 4.7, 0. ])
     """
     row_size, time, position = [], [], []
     for _ in range(plans - 1):
@@ -141,7 +141,7 @@ def example_trial(
     --------
     >>> trial = example_trial(np.random.default_rng(0), replans=3)
     >>> [round(situation.time, 1) for situation in trial]
-    [0.0, 0.8, 1.6]
+    [0.0, 0.1, 0.9]
     """
     where = rng.normal(size=(len(agents), 2))
     situation = example_situation(

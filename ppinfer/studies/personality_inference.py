@@ -188,7 +188,7 @@ def infer_log_personality(
 def live_difference(posterior: xr.Dataset) -> tuple[int, float | None]:
     """Return at how many replans a posterior over theta can be compared with the live one, and how far apart they are.
 
-    The largest absolute difference between two probabilities; None where there is no live posterior.
+    The largest absolute difference between two probabilities; None where there is no live posterior that a model made.
 
     Examples
     --------
@@ -200,6 +200,10 @@ def live_difference(posterior: xr.Dataset) -> tuple[int, float | None]:
         return 0, None
     live = posterior["live_log_posterior"].values
     held = ~np.isnan(live).all(axis=1)
+    if "live_model" in posterior:
+        # who was told, as an oracle is, inferred nothing
+        inferred = posterior["live_model"].values.astype(str) != ""
+        held &= np.repeat(inferred, posterior["replan_row_size"].values)
     if not held.any():
         return 0, None
     apart = np.abs(np.exp(posterior["log_posterior"].values[held]) - np.exp(live[held]))

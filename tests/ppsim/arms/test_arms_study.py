@@ -12,6 +12,7 @@ import pytest
 import xarray as xr
 
 from ppinfer.studies import open_log, read_log, validate_log
+from ppinfer.studies.personality_inference import infer_log_personality, live_difference
 from ppinfer.studies.task_performance import task_performance
 from ppsim.arms.playing import Execution
 from ppsim.arms.study import ArmsStudy
@@ -204,3 +205,19 @@ def test_the_flags_of_the_sensitivity_arms_reach_the_trials():
     )
     assert literal.policies("bayes", "norm")["robot"].norm.cost_unit == 1.0
     assert literal.configuration()["execution"]["collision_stride"] == 0.8
+
+
+def test_offline_beliefs_are_those_held_live_whatever_the_robot(tmp_path):
+    study = ArmsStudy(
+        scenes=1,
+        robots=("norm", "bayes", "bayes-literal", "bayes-risk", "oracle"),
+        humans=("selfish",),
+        plan_sets=("shared", "independent"),
+        seed=21,
+    )
+    log = log_of_study(study, range(study.trials))
+    posterior = infer_log_personality(log)
+    replans, difference = live_difference(posterior)
+    believes = [robot.startswith("bayes") for robot in log["controller"].values[:, 0]]
+    assert replans == log["replan_row_size"].values[believes].sum()
+    assert difference < 1e-10

@@ -56,7 +56,11 @@ class PlayEvidence:
     @cached_property
     def replan_axis(self) -> Axis:
         """The axis of its replans, labelled by their places in the history."""
-        return Axis("replan", self.replans)
+        places = self.replans
+        step = int(places[1] - places[0]) if len(places) > 1 else 1
+        evenly = range(int(places[0]), int(places[0]) + step * len(places), step)
+        # a range is not walked label by label
+        return Axis("replan", evenly if np.array_equal(places, evenly) else places)
 
     @cached_property
     def row_size(self) -> Int[np.ndarray, " trial"]:

@@ -136,7 +136,7 @@ class FirstPlan(Norm):
 
 def test_a_broken_norm_is_told_which_law_it_breaks():
     with pytest.raises(AssertionError, match="another order"):
-        check_norm(FirstPlan(), agents=(2,))
+        check_norm(FirstPlan(), examples=10, agents=(2,))
 
 
 @dataclass(frozen=True)
@@ -154,7 +154,7 @@ class LooksAhead(PersonalityModel):
 
 def test_a_personality_that_looks_ahead_is_told_so():
     with pytest.raises(AssertionError, match="online differs from offline"):
-        check_personality(LooksAhead(), agents=(2,), twin=False)
+        check_personality(LooksAhead(), examples=10, agents=(2,), twin=False)
 
 
 def test_a_personality_without_a_twin_is_told_how_to_leave_it_out():

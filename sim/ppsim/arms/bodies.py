@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import cos, sin
@@ -20,6 +20,8 @@ _LINK_MASS, _OBJECT_MASS, _TORQUE = 1.0, 0.05, 50.0
 _OBJECT_RADIUS = 0.03
 # motors may turn this much faster than the joints' speed, to make up for what is missing
 _HEADROOM = 1.25
+# poses are tried with capsules this much thicker, m: several times what bodies are off their pivots
+_SKIN = 2e-5
 
 #: left, lower, right and upper edge, m
 _Box = tuple[float, float, float, float]
@@ -82,6 +84,8 @@ class ArmBody:
             # against the table, as a belt drives an elbow: links then turn at just the rate that they are told
             motor = pymunk.SimpleMotor(anchor, body, 0.0)
             motor.max_force = _TORQUE
+            # a link that has come off its pivot goes nearly all the way back within one step of the physics
+            pivot.error_bias = 0.1**100
             for joint in (pivot, motor):
                 joint.collide_bodies = False
             space.add(body, shape, pivot)
@@ -115,35 +119,24 @@ class ArmBody:
         x, y = body.local_to_world(at)
         return x, y
 
-    def drive(self, end: Sequence[float], steps_left: int, step: float) -> None:
-        """Set the motors to be at some joint angles after so many more steps of the physics, at least 2.
+    def drive(self, end: Sequence[float], duration: float, *, at_once: bool) -> None:
+        """Set the motors to be at some joint angles after a duration.
 
-        The physics moves bodies at the rates that they have before it turns to the motors: the step that comes next is
-        taken already.
+        Motors are much quicker than the physics' steps, which move bodies at the rates that they have before they turn
+        to the motors. So `at_once` gives the links their new rates as well; otherwise they take them up a step late.
         """
-        rest = (steps_left - 1) * step
-        self._turn(
-            (stop - here - rate * step) / rest
-            for here, rate, stop in zip(self.joints(), self.rates(), end, strict=True)
-        )
-
-    def cruise(self, start: Sequence[float], end: Sequence[float], duration: float) -> None:
-        """Set the motors to the rates that lead from start to end within a duration."""
-        self._turn((stop - begin) / duration for begin, stop in zip(start, end, strict=True))
-
-    def brake(self) -> None:
-        """Stand still at once."""
-        for body in self._links:
-            body.velocity = (0.0, 0.0)
-            body.angular_velocity = 0.0
-
-    def _turn(self, rates: Iterable[float]) -> None:
         fastest = _HEADROOM * self.arm.joint_speed
-        turning = 0.0
-        for motor, rate in zip(self._motors, rates, strict=True):
-            turning += min(fastest, max(-fastest, rate))
+        turning = along_x = along_y = 0.0
+        rows = zip(self._links, self._motors, self.arm.links, self.joints(), end, strict=True)
+        for body, motor, length, here, stop in rows:
+            turning += min(fastest, max(-fastest, (stop - here) / duration))
             # a motor's rate is that of the first body against the second
             motor.rate = -turning
+            if at_once:
+                x, y = -turning * length * sin(body.angle), turning * length * cos(body.angle)
+                body.velocity = (along_x + x / 2.0, along_y + y / 2.0)
+                body.angular_velocity = turning
+                along_x, along_y = along_x + x, along_y + y
 
     def clearance(self, other: ArmBody) -> float:
         """Return how far this arm's shapes are from another's, m; below 0 where they overlap."""
@@ -232,7 +225,7 @@ class Ghosts:
         for group, (agent, arm) in enumerate(arms.items(), start=1):
             bodies = [pymunk.Body(body_type=pymunk.Body.KINEMATIC) for _ in arm.links]
             self._shapes[agent] = [
-                pymunk.Segment(body, (0.0, 0.0), (length, 0.0), arm.radius)
+                pymunk.Segment(body, (0.0, 0.0), (length, 0.0), arm.radius + _SKIN)
                 for body, length in zip(bodies, arm.links, strict=True)
             ]
             for shape in self._shapes[agent]:

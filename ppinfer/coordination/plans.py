@@ -156,8 +156,9 @@ class PlanSet:
         waypoint = np.repeat(self.starts[index] - row_starts(sizes), sizes) + np.arange(int(sizes.sum()))
 
         def place(old: int | None) -> int | None:
-            found = np.flatnonzero(index == old) if old is not None else ()
-            return int(found[0]) if len(found) else None
+            if old is None or old not in index:
+                return None
+            return int(np.flatnonzero(index == old)[0])
 
         return PlanSet(
             self.agent,

@@ -49,6 +49,8 @@ class TrialPicture:
         self._table = self.figure.add_axes((0.065, 0.325, 0.68, 0.60))
         self._bars = self.figure.add_axes((0.835, 0.66, 0.115, 0.12))
         self._history = self.figure.add_axes((0.065, 0.075, 0.885, 0.15))
+        self._believes = bool(np.isfinite(trial.belief).any())
+        self._bars.set_visible(self._believes)
         #: what changes from sample to sample; all else is drawn once
         self._moving: list[Artist] = []
         draw_scene(self._table, trial)
@@ -153,7 +155,8 @@ class TrialPicture:
         quiet(ax)
         ax.spines["left"].set_visible(False)
         ax.tick_params(left=False)
-        self._moving += [*self._bar, *self._share]
+        if self._believes:
+            self._moving += [*self._bar, *self._share]
 
     def _make_history(self) -> None:
         from matplotlib.collections import LineCollection
@@ -168,14 +171,17 @@ class TrialPicture:
         )
         ax.set_ylabel("p(θ)")
         quiet(ax)
+        # labels of arms that finish at nearly the same time would lie on one another
+        close = abs(float(trial.finish_time[0] - trial.finish_time[-1])) < 0.1 * float(trial.time[-1])
         for agent, done in enumerate(trial.finish_time):
             if np.isfinite(done):
+                up = 15 if close and done < np.nanmax(trial.finish_time) else 3
                 ax.axvline(done, color=agent_colour(agent), linestyle=":", linewidth=1.4)
                 ax.annotate(
-                    f"{trial.agents[agent]} done", (done, 1.0), (-3, 3), xycoords=("data", "axes fraction"),
+                    f"{trial.agents[agent]} done", (done, 1.0), (-3, up), xycoords=("data", "axes fraction"),
                     textcoords="offset points", ha="right", va="bottom", color=agent_colour(agent), fontsize="small",
                 )  # fmt: skip
-        if not np.isfinite(trial.belief).any():
+        if not self._believes:
             ax.text(
                 0.5,
                 0.5,
@@ -203,7 +209,8 @@ class TrialPicture:
         self._clock = figure.text(0.95, 0.925, "", fontsize=20, color=INK, va="top", ha="right")
         self._count = figure.text(0.775, 0.555, "", fontsize=13, va="top")
         self._moving += [self._clock, self._count]
-        figure.text(0.775, 0.85, f"Whom does\nthe {other} favour?", color=INK, va="top")
+        if self._believes:
+            figure.text(0.775, 0.85, f"Whom does\nthe {other} favour?", color=INK, va="top")
         mine, theirs = agent_colour(0), agent_colour(1)
         entries = [
             (Line2D([], [], color=mine, linewidth=2.8), f"the {robot}'s plan"),

@@ -311,5 +311,5 @@ _ = panels[1, 2].legend(frameon=False, loc="lower right", fontsize="small")
 # ## Where to go next
 #
 # - The same on a table with real plans: *Whom does the human favour?*
-# - A norm, a personality or a policy of your own is one small class: `help(ppinfer.coordination.Norm)`.
+# - A norm, a personality or a policy of your own is one small class: `docs/coordination.md`.
 # - Games from arrays and from Gambit's files, and their equilibria: `docs/games.md`.

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from ppinfer.coordination.bayes_nash import BayesNash, LiteralBayesNash
+from ppinfer.coordination.bayes_nash import BayesNash, CostBayesNash, LiteralBayesNash
 from ppinfer.coordination.defensive import Defensive
 from ppinfer.coordination.design import PlayDesign
 from ppinfer.coordination.distances import Distance, Euclidean, RootMeanSquare, TimeWarping
@@ -37,6 +37,7 @@ POLICIES: dict[str, Callable[..., Policy]] = {
         NormNash,
         CommittedNormNash,
         BayesNash,
+        CostBayesNash,
         LiteralBayesNash,
         BayesRisk,
         OracleNash,
@@ -54,6 +55,7 @@ __all__ = [
     "BayesNash",
     "BayesRisk",
     "CommittedNormNash",
+    "CostBayesNash",
     "Decision",
     "Defensive",
     "Distance",

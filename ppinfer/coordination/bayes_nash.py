@@ -25,9 +25,9 @@ class BayesNash(Policy):
     Parameters
     ----------
     norm : Norm
-        p_n; by default `MinNorm` with a cost unit of 50 s, which leaves room for p_alpha. The paper's unit is 1 s.
+        p_n; by default `MinNorm` with a cost unit of 100 s, which leaves room for p_alpha. The paper's unit is 1 s.
     personality : PersonalityModel
-        Where p_alpha comes from; it says which equilibria count.
+        Where p_alpha comes from; it says which equilibria count. By default `Personality` with classes by loss.
     samples, commits
         As of every `Policy`.
 
@@ -43,8 +43,8 @@ class BayesNash(Policy):
     """
 
     name: ClassVar[str] = "bayes"
-    norm: Norm = field(default_factory=lambda: MinNorm(cost_unit=50.0))
-    personality: PersonalityModel = field(default_factory=Personality)
+    norm: Norm = field(default_factory=lambda: MinNorm(cost_unit=100.0))
+    personality: PersonalityModel = field(default_factory=lambda: Personality(favour_by="loss"))
     samples: int = 7
     commits: bool = False
 
@@ -62,6 +62,15 @@ class BayesNash(Policy):
     def belief_model(self) -> PersonalityModel:
         """Return `personality`."""
         return self.personality
+
+
+@dataclass(frozen=True)
+class CostBayesNash(BayesNash):
+    """`BayesNash` with classes by cost and a cost unit of 50 s: between the printed one and `BayesNash`."""
+
+    name: ClassVar[str] = "bayes-cost"
+    norm: Norm = field(default_factory=lambda: MinNorm(cost_unit=50.0))
+    personality: PersonalityModel = field(default_factory=Personality)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ppinfer.coordination.classes import FavourBy
 from ppinfer.coordination.design import PlayDesign
 from ppinfer.coordination.evidence import PlayEvidence
 from ppinfer.coordination.norms import check_rationality
@@ -64,6 +65,10 @@ class Personality(PersonalityModel):
     fair_within : float, optional
         Seconds. Equilibria whose costs lie this close together are a class of their own, ``fair``; others favour whom
         they cost least.
+    favour_by : {"cost", "loss"}
+        By cost (the paper's), an equilibrium favours whom it costs least: who has the shorter way is often favoured by
+        all of them. By loss, it favours whom it costs least more than that agent's own best equilibrium, so that every
+        game with a choice tells something. See `favoured_classes`.
     dominance : {"weak", "strict"}
         Which equilibria count; see `coordination_equilibria`.
 
@@ -101,6 +106,7 @@ class Personality(PersonalityModel):
     skip_empty: bool = True
     ties: bool = True
     fair_within: float | None = None
+    favour_by: FavourBy = "cost"
     dominance: Dominance = "weak"
 
     def __post_init__(self) -> None:
@@ -112,7 +118,11 @@ class Personality(PersonalityModel):
             raise ModelError(f"every must be a positive number of seconds; got {self.every!r}")
         if self.fair_within is not None and not 0.0 <= self.fair_within < np.inf:
             raise ModelError(f"fair_within must be a number of seconds, at least 0; got {self.fair_within!r}")
-        for name, choices in (("observed", ("others", "all")), ("dominance", ("weak", "strict"))):
+        for name, choices in (
+            ("observed", ("others", "all")),
+            ("dominance", ("weak", "strict")),
+            ("favour_by", ("cost", "loss")),
+        ):
             if getattr(self, name) not in choices:
                 raise ModelError(f"{name} is one of {', '.join(choices)}; got {getattr(self, name)!r}")
 

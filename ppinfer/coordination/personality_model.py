@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ppinfer.coordination.classes import FAIR, favoured_classes, log_p_alpha
+from ppinfer.coordination.classes import FAIR, FavourBy, favoured_classes, log_p_alpha
 from ppinfer.coordination.design import PlayDesign
 from ppinfer.coordination.equilibria import coordination_equilibria
 from ppinfer.coordination.evidence import PlayEvidence
@@ -124,6 +124,7 @@ class PersonalityModel(ABC):
     dominance: Dominance = "weak"
     fair_within: float | None = None
     ties: bool = True
+    favour_by: FavourBy = "cost"
 
     @abstractmethod
     def log_likelihood(self, evidence: PlayEvidence) -> Factor:
@@ -149,7 +150,9 @@ class PersonalityModel(ABC):
         self, costs: Float[np.ndarray, "player ..."], among: Bool[np.ndarray, "..."]
     ) -> Bool[np.ndarray, "theta ..."]:
         """Return which profiles belong to the class of each theta; see `favoured_classes`."""
-        return favoured_classes(costs, among, ties=self.ties, fair_within=self.fair_within)
+        return favoured_classes(
+            costs, among, ties=self.ties, fair_within=self.fair_within, favour_by=self.favour_by
+        )
 
     def observe(self, situation: Situation, ego: str, state: PersonalityState | None) -> PersonalityState:
         """Return what is believed at a replan; `state` is the last replan's, None at the first of a trial."""

@@ -137,3 +137,41 @@ def test_fair_equilibria_favour_nobody(within):
     apart = np.abs(costs[0] - costs[1])
     np.testing.assert_array_equal(found[2], apart <= within)
     np.testing.assert_array_equal(found[:2].any(axis=0), apart > within)
+
+
+@settings(max_examples=100)
+@given(st.integers(0, 2**32), st.integers(2, 3))
+def test_by_loss_each_agent_is_favoured_by_its_own_best_equilibrium(seed, players):
+    rng = np.random.default_rng(seed)
+    costs = rng.integers(1, 6, (players, *[3] * players)).astype(float)
+    among = rng.random([3] * players) < 0.4
+    classes = favoured_classes(costs, among, favour_by="loss")
+    assert not (classes & ~among).any()
+    cells = [tuple(cell) for cell in np.argwhere(among)]
+    if not cells:
+        return
+    best = [min(costs[(player, *cell)] for cell in cells) for player in range(players)]
+    for cell in cells:
+        loss = [costs[(player, *cell)] - best[player] for player in range(players)]
+        assert classes[(slice(None), *cell)].tolist() == [one == min(loss) for one in loss]
+    for player in range(players):
+        assert classes[player].any()
+
+
+def test_by_loss_a_batch_of_games_is_classified_game_by_game():
+    rng = np.random.default_rng(3)
+    costs, among = rng.uniform(1, 9, (2, 5, 4, 3)), rng.random((5, 4, 3)) < 0.4
+    together = favoured_classes(costs, among, favour_by="loss")
+    for game in range(5):
+        np.testing.assert_array_equal(
+            together[:, game], favoured_classes(costs[:, game], among[game], favour_by="loss")
+        )
+
+
+def test_by_loss_what_a_constant_adds_to_one_agents_costs_changes_nothing():
+    rng = np.random.default_rng(4)
+    costs, among = rng.integers(1, 9, (2, 4, 4)).astype(float), rng.random((4, 4)) < 0.5
+    later = costs + np.array([32.0, 0.0])[:, None, None]
+    np.testing.assert_array_equal(
+        favoured_classes(costs, among, favour_by="loss"), favoured_classes(later, among, favour_by="loss")
+    )

@@ -24,7 +24,9 @@ def random_situation(seed, own=6, other=5, density=0.3):
         plan_set("robot", np.round(rng.uniform(1, 9, own), 1)),
         plan_set("human", np.round(rng.uniform(1, 9, other), 1)),
     ]
-    contact = np.where(rng.random((own + 1, other + 1)) < density, rng.uniform(0.1, 8, (own + 1, other + 1)), np.inf)
+    contact = np.where(
+        rng.random((own + 1, other + 1)) < density, rng.uniform(0.1, 8, (own + 1, other + 1)), np.inf
+    )
     contact[-1, -1] = np.inf
     return Situation.from_contacts(plans, contact, seed=seed)
 
@@ -55,7 +57,9 @@ def played_by_hand(own_cost, other_cost, own, other, rationality, hold):
         played[:, hold] = 1.0
         return played
     for theta in range(2):
-        favoured = [a for a in kept if (own_cost[a] <= other_cost[a], other_cost[a] <= own_cost[a])[theta]] or kept
+        favoured = [
+            a for a in kept if (own_cost[a] <= other_cost[a], other_cost[a] <= own_cost[a])[theta]
+        ] or kept
         least = min(min(own_cost[a], other_cost[a]) for a in favoured)
         weights = [math.exp(-rationality * (min(own_cost[a], other_cost[a]) - least)) for a in favoured]
         for (_, j), weight in zip(favoured, weights, strict=True):
@@ -78,7 +82,10 @@ def test_frequencies_are_those_of_the_sub_games_played_by_hand(seed, density, ra
         costs.setflags(write=False)  # as those of a game are
     frequencies = plan_frequencies(own, other, drawn_own, drawn_other, rationality, n - 1)
     by_hand = np.mean(
-        [played_by_hand(own, other, a, b, rationality, n - 1) for a, b in zip(drawn_own, drawn_other, strict=True)],
+        [
+            played_by_hand(own, other, a, b, rationality, n - 1)
+            for a, b in zip(drawn_own, drawn_other, strict=True)
+        ],
         axis=0,
     )
     np.testing.assert_allclose(frequencies, by_hand, atol=1e-12)

@@ -57,12 +57,17 @@ def test_the_distribution_is_norm_times_personality_less_risk_and_delay():
     favour = np.stack([robot <= human, human <= robot]) & among
     sizes = favour.sum(axis=(1, 2))
     p_alpha = sum(
-        belief[theta] / belief[sizes > 0].sum() * favour[theta] / sizes[theta] for theta in range(2) if sizes[theta]
+        belief[theta] / belief[sizes > 0].sum() * favour[theta] / sizes[theta]
+        for theta in range(2)
+        if sizes[theta]
     )
     risk = policy.risk(situation, "robot", decision.predictive)
     with np.errstate(divide="ignore", invalid="ignore"):
         score = (
-            -0.7 * np.minimum(robot, human) + np.log(p_alpha) - 3.0 * risk[:, None] - 0.2 * (robot - robot[among].min())
+            -0.7 * np.minimum(robot, human)
+            + np.log(p_alpha)
+            - 3.0 * risk[:, None]
+            - 0.2 * (robot - robot[among].min())
         )
     expected = np.where(among, np.exp(np.where(among, score, 0.0)), 0.0)
     assert_allclose(decision.distribution.values, expected / expected.sum(), atol=1e-12)

@@ -33,7 +33,7 @@ def make_human(name: str) -> Policy:
     return POLICIES[name]() if name in HUMANS else _own(name)
 
 
-def make_robot(name: str, human: Policy, *, cost_unit: float = 50.0) -> Policy:
+def make_robot(name: str, human: Policy, *, cost_unit: float = 100.0) -> Policy:
     """Return a robot's policy.
 
     Parameters
@@ -66,7 +66,9 @@ def _own(name: str) -> Policy:
     try:
         made = found() if callable(found) and not isinstance(found, Policy) else found
     except TypeError as error:
-        raise SimulationError(f"policy {name!r} cannot be made by calling it without arguments: {error}") from error
+        raise SimulationError(
+            f"policy {name!r} cannot be made by calling it without arguments: {error}"
+        ) from error
     if not isinstance(made, Policy):
         raise SimulationError(
             f"policy {name!r} is a {type(made).__name__}; expected a ppinfer.coordination.Policy, or what makes one"

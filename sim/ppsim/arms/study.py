@@ -41,7 +41,7 @@ class ArmsStudy:
     seed : int
         Of the study.
     cost_unit : float
-        Seconds that count as one unit of cost in the norm of the Bayesian robots; the paper's literal one is 1 s.
+        Seconds that count as one unit of cost in the norm of the robot "bayes"; the paper's literal one is 1 s.
     execution : Execution
         How plans are judged and carried out.
 
@@ -62,7 +62,7 @@ class ArmsStudy:
     humans: tuple[str, ...] = tuple(HUMANS)
     plan_sets: tuple[str, ...] = ("shared",)
     seed: int = 0
-    cost_unit: float = 50.0
+    cost_unit: float = 100.0
     execution: Execution = field(default_factory=Execution)
 
     def __post_init__(self) -> None:

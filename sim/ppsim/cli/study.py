@@ -40,6 +40,7 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     """Add ``study``."""
     from ppsim.arms.playing import PLAN_SETS, Execution
     from ppsim.arms.robots import HUMANS, ROBOTS
+    from ppsim.arms.study import ArmsStudy
 
     parser = commands.add_parser(
         "study",
@@ -109,7 +110,7 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     add(
         "--cost-unit",
         type=float,
-        default=50.0,
+        default=ArmsStudy.cost_unit,
         metavar="S",
         help="seconds that count as one unit of cost in the norm of 'bayes' (default: %(default)s; literally 1)",
     )

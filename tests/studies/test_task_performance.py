@@ -49,9 +49,13 @@ def test_cells_are_the_pooled_trials_of_one_human():
 def test_differences_are_paired_by_scene_and_human_in_any_order_of_trials():
     one = study(np.random.default_rng(2))
     order = np.random.default_rng(3).permutation(len(one.values))
-    shuffled = TaskPerformance(*(getattr(one, name)[order] for name in ("values", "robot", "human", "plan_sets", "scene")))
+    shuffled = TaskPerformance(
+        *(getattr(one, name)[order] for name in ("values", "robot", "human", "plan_sets", "scene"))
+    )
     told = {(row["robot"], row["against"], row["metric"]): row for row in one.differences(resamples=2000)}
-    again = {(row["robot"], row["against"], row["metric"]): row for row in shuffled.differences(resamples=2000)}
+    again = {
+        (row["robot"], row["against"], row["metric"]): row for row in shuffled.differences(resamples=2000)
+    }
     assert told.keys() == again.keys()
     for key, row in told.items():
         assert_allclose(row["mean"], again[key]["mean"])

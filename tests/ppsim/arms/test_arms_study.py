@@ -67,16 +67,14 @@ def test_a_cluster_plays_the_same_trials(log, tmp_path):
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, protocol="inproc://"
     ) as cluster:
-        recorded = record_study(
-            SMALL, SMALL.trials, tmp_path / "log.nc", cluster=cluster.scheduler_address
-        )
+        recorded = record_study(SMALL, SMALL.trials, tmp_path / "log.nc", cluster=cluster.scheduler_address)
     assert_same_log(recorded.log, log)
 
 
 def test_a_cluster_that_is_not_there_is_refused(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("ppsim.cluster._CONNECT_WITHIN_S", 1)
-    with pytest.raises(SimulationError, match="no Dask scheduler answers at tcp://127.0.0.1:9"):
+    with pytest.raises(SimulationError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
         record_study(SMALL, 1, tmp_path / "log.nc", cluster="tcp://127.0.0.1:9")
 
 
@@ -133,9 +131,18 @@ def test_the_json_fits_its_schema_and_the_log(tmp_path, capsys):
 
 def test_the_tables_name_every_robot_and_the_next_command(tmp_path, capsys):
     target = tmp_path / "log.nc"
-    assert main(["study", "--scenes", "2", "--robots", "norm", "selfish", "--seed", "3", "-o", str(target)]) == 0
+    assert (
+        main(["study", "--scenes", "2", "--robots", "norm", "selfish", "--seed", "3", "-o", str(target)]) == 0
+    )
     out = capsys.readouterr().out
-    for text in ("shared plan sets, all humans", "by human", "paired differences", "total s", "episodes", "failures"):
+    for text in (
+        "shared plan sets, all humans",
+        "by human",
+        "paired differences",
+        "total s",
+        "episodes",
+        "failures",
+    ):
         assert text in out
     assert f"ppinfer infer {target} -o POST.nc --model personality" in out
 
@@ -169,7 +176,10 @@ def test_a_policy_of_ones_own_can_sit_in_any_seat(tmp_path, monkeypatch, capsys)
     [
         (["--robots", "nobody"], "there are no robots 'nobody'; there are defensive, selfish, norm"),
         (["--robots", "norm", "norm"], "robots: 'norm' is named twice"),
-        (["--humans", "bayes"], "there are no humans 'bayes'; there are defensive, selfish, norm, or module:attribute"),
+        (
+            ["--humans", "bayes"],
+            "there are no humans 'bayes'; there are defensive, selfish, norm, or module:attribute",
+        ),
         (["--robots", "no_such_module:Policy"], "policy 'no_such_module:Policy' cannot be imported"),
         (["--robots", "json:dumps"], "policy 'json:dumps'"),
         (["--scenes", "0"], "scenes must be at least 1; got 0"),
@@ -201,7 +211,11 @@ def test_a_study_out_of_range_is_refused():
 
 def test_the_flags_of_the_sensitivity_arms_reach_the_trials():
     literal = ArmsStudy(
-        scenes=1, robots=("bayes",), humans=("norm",), cost_unit=1.0, execution=Execution(collision_stride=0.8)
+        scenes=1,
+        robots=("bayes",),
+        humans=("norm",),
+        cost_unit=1.0,
+        execution=Execution(collision_stride=0.8),
     )
     assert literal.policies("bayes", "norm")["robot"].norm.cost_unit == 1.0
     assert literal.configuration()["execution"]["collision_stride"] == 0.8

@@ -1,4 +1,5 @@
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -116,7 +117,7 @@ def test_replans_come_every_eight_steps_and_after_every_safety_stop():
     assert one.stops > 0
     samples = [replan.sample for replan in one.replans]
     active = round(one.finish_time[0] / DT)
-    for first, second in zip(samples[:-1], samples[1:], strict=True):
+    for first, second in pairwise(samples):
         assert second - first <= 8 or one.held[first + 1 : second].any()
         if second - first < 8:
             assert one.held[second]
@@ -145,7 +146,7 @@ def test_a_standoff_ends_with_somebody_going_home():
 def test_the_motion_that_a_policy_is_told_is_that_since_its_last_replan():
     one = played(number=3)
     assert one.replans[0].situation.motion is None
-    for before, after in zip(one.replans[:-1], one.replans[1:], strict=True):
+    for before, after in pairwise(one.replans):
         motion = after.situation.motion
         assert_array_equal(motion.position, one.position[before.sample : after.sample + 1])
         assert not motion.held[0]
@@ -155,7 +156,7 @@ def test_the_motion_that_a_policy_is_told_is_that_since_its_last_replan():
 def test_a_committed_robot_sees_the_rest_of_its_plan_where_it_would_be_by_now():
     one = played(CommittedNormNash(), number=5)
     assert one.replans[0].situation.plans[0].committed is None
-    for before, after in zip(one.replans[:-1], one.replans[1:], strict=True):
+    for before, after in pairwise(one.replans):
         own = after.situation.plans[0]
         if before.decision.plan == before.situation.plans[0].static or own.committed is None:
             continue
@@ -178,7 +179,8 @@ def test_who_does_not_finish_in_time_has_no_time_of_finishing():
 
 def test_the_stride_changes_which_profiles_collide():
     fine, coarse = (
-        played(number=4, execution=Execution(collision_stride=stride)).replans[0].situation for stride in (0.1, 0.8)
+        played(number=4, execution=Execution(collision_stride=stride)).replans[0].situation
+        for stride in (0.1, 0.8)
     )
     assert np.isinf(coarse.game.costs).sum() <= np.isinf(fine.game.costs).sum()
     # contacts are told at the same instants as collisions are looked for

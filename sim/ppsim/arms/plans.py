@@ -11,10 +11,8 @@ from jaxtyping import Float, Int
 
 from ppinfer.coordination.plans import PlanSet
 from ppsim.arms.geometry import Arm
+from ppsim.arms.world import STEP
 from ppsim.errors import SimulationError
-
-#: Plans begin, change legs and end on multiples of this, s.
-SAMPLE_TIME = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +49,7 @@ def sample_plans(
        constructed anew, seeded, and solves in joint space, where nothing is in the way. The path is taken raw: all its
        vertices are waypoints, nothing is simplified, so that plans differ.
     2. Joints move in step, the one with the farthest to go at its full speed along each edge; then each leg is
-       stretched a little so that it ends on a multiple of `SAMPLE_TIME`.
+       stretched a little so that it ends on a multiple of `STEP`.
     3. The static plan comes last. `committed`, where there is one, takes the place of the first sampled plan.
 
     The same arguments give the same plans, in any process and whatever was planned before: planners are stopped by
@@ -207,11 +205,11 @@ def _timed(
     edge[edge < 1e-9] = 0.0
     so_far = np.cumsum(edge, axis=1)
     length = so_far[:, -1]
-    steps = np.ceil(length / SAMPLE_TIME - 1e-9)
+    steps = np.ceil(length / STEP - 1e-9)
     # a leg of no length takes no time
     share = so_far / np.where(length > 0.0, length, 1.0)[:, None]
     ends = np.cumsum(steps.reshape(sizes.shape), axis=1).ravel()
-    time = ((ends - steps)[leg] + steps[leg] * share[leg, column]) * SAMPLE_TIME
+    time = ((ends - steps)[leg] + steps[leg] * share[leg, column]) * STEP
     kept = edge[leg, column] > 0.0
     kept[first[:: sizes.shape[1]]] = True
     row_size = np.bincount(leg[kept] // sizes.shape[1], minlength=len(sizes))

@@ -3,67 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ppinfer.coordination import Decision, Motion, PlanSet, Policy, Situation
 from ppsim.arms.contacts import contact_tables
-from ppsim.arms.planners import check_planner
-from ppsim.arms.plans import Rest, rest_of_plan, sample_plans, straight_plan
+from ppsim.arms.execution import NEAR, PLAN_SETS, Execution
+from ppsim.arms.following import Follower
+from ppsim.arms.plans import Rest, sample_plans, straight_plan
 from ppsim.arms.scene import Scene
-from ppsim.arms.world import ArmsWorld
+from ppsim.arms.world import STEP, ArmsWorld
 from ppsim.errors import SimulationError
-
-PLAN_SETS = ("shared", "independent")
-
-
-@dataclass(frozen=True)
-class Execution:
-    """How plans are made, judged and carried out.
-
-    Parameters
-    ----------
-    replan_every : float
-        Seconds between replans.
-    collision_stride : float
-        Seconds between the instants at which the table of profiles is checked for collisions; the paper's is 0.8 s.
-    clearance : float
-        Metres within which arms count as in contact, for policies that weigh risk.
-    timeout : float
-        Seconds after which a trial ends unfinished.
-    stops_in_a_row : int
-        After so many safety stops in a row a seeded coin sends one arm home.
-    retreat : float
-        For so many seconds.
-    planner : str
-        Name of OMPL's planner.
-    """
-
-    replan_every: float = 0.8
-    collision_stride: float = 0.1
-    clearance: float = 0.01
-    timeout: float = 120.0
-    stops_in_a_row: int = 5
-    retreat: float = 2.4
-    planner: str = "RRT"
-
-    def __post_init__(self) -> None:
-        for name in ("replan_every", "collision_stride", "timeout", "retreat"):
-            value = getattr(self, name)
-            if not (0.0 < value < 1e6) or abs(value / DT - round(value / DT)) > 1e-6:
-                raise SimulationError(f"{name} must be a positive multiple of {DT} s; got {value!r}")
-        if not 0.0 <= self.clearance < 1.0:
-            raise SimulationError(f"clearance must lie in [0, 1) m; got {self.clearance!r}")
-        if self.stops_in_a_row < 1:
-            raise SimulationError(f"stops_in_a_row must be at least 1; got {self.stops_in_a_row!r}")
-        check_planner(self.planner)
-
-
-DT = 0.1
-#: An arm grasps, and has arrived, within this, m.
-NEAR = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,68 +62,7 @@ class Played:
     def stop_episodes(self) -> int:
         """How many episodes of stops; a gap over 0.8 s begins a new one."""
         when = np.flatnonzero(self.held)
-        return int(len(when) > 0) + int((np.diff(when) > round(0.8 / DT)).sum())
-
-
-@dataclass(eq=False)
-class _Seat:
-    """One agent in a trial: its policy, what it remembers, and what it is doing."""
-
-    agent: str
-    policy: Policy
-    memory: object = None
-    #: what it is executing: where it is to be at every half step from the last replan on, and for how many steps
-    #: it has been doing so
-    course: Float[np.ndarray, "half joint"] = field(default_factory=lambda: np.empty((0, 2)))
-    steps: int = 0
-    #: the last plan that moves, and for how many steps it was followed
-    plans: PlanSet | None = None
-    plan: int = 0
-    followed: int = 0
-    moves: bool = False
-    #: steps left of going home
-    retreat: int = 0
-    holding: bool = False
-    #: the sample of its last replan; None before the first
-    replanned: int | None = None
-
-    def begin(self, plans: PlanSet, decision: Decision, half_steps: Float[np.ndarray, " half"]) -> None:
-        """Start to do what was decided."""
-        self.course, self.steps, self.memory = plans.positions(half_steps)[decision.plan], 0, decision.memory
-        self.retreat = 0
-        self.moves = decision.plan != plans.static
-        if self.moves:
-            self.plans, self.plan, self.followed = plans, decision.plan, 0
-
-    def rest(self, position: Float[np.ndarray, " joint"]) -> Rest | None:
-        """Return the rest of the unfinished plan; None if there is none."""
-        return (
-            None if self.plans is None else rest_of_plan(self.plans, self.plan, self.followed * DT, position)
-        )
-
-    def next_poses(self) -> Float[np.ndarray, "2 joint"]:
-        """Return where it wants to be half a step and a step from now."""
-        return self.course[2 * self.steps + 1 : 2 * self.steps + 3]
-
-    def go_home(self, home: PlanSet, steps: int) -> None:
-        """Give up what it was doing and go home for so many steps."""
-        self.course, self.steps, self.retreat = (
-            home.positions(np.arange(2 * steps + 1) * (DT / 2))[0],
-            0,
-            steps,
-        )
-        self.plans, self.moves = None, False
-
-    def advance(self) -> None:
-        """Count a step that was executed."""
-        self.steps += 1
-        if self.moves:
-            self.followed += 1
-
-    def count_down(self) -> bool:
-        """Count a step of going home, held or not; return whether it was the last."""
-        self.retreat = max(0, self.retreat - 1)
-        return self.retreat == 0
+        return int(len(when) > 0) + int((np.diff(when) > round(0.8 / STEP)).sum())
 
 
 def play(
@@ -232,7 +123,7 @@ class _Trial:
         self.scene, self.seed, self.shared, self.execution = scene, seed, shared, execution
         self.world = ArmsWorld(scene)
         self.agents = scene.agents
-        self.seats = {agent: _Seat(agent, policies[agent]) for agent in self.agents}
+        self.seats = {agent: Follower(agent, policies[agent]) for agent in self.agents}
         self.finish = dict.fromkeys(self.agents, np.nan)
         self.positions: list[Float[np.ndarray, "agent joint"]] = []
         self.velocities: list[Float[np.ndarray, "agent joint"]] = []
@@ -240,14 +131,14 @@ class _Trial:
         self.replans: list[Replanned] = []
         self.count = 0
         self.coins = self._rng(_COINS)
-        every = round(execution.replan_every / DT)
+        every = round(execution.replan_every / STEP)
         # as far as anybody may have to know where it is to be before it decides again
-        self.half_steps = np.arange(2 * every + 1) * (DT / 2)
+        self.half_steps = np.arange(2 * every + 1) * (STEP / 2)
         self.every = every
 
     def play(self) -> Played:
         self._log(held=False)
-        last = round(self.execution.timeout / DT)
+        last = round(self.execution.timeout / STEP)
         in_a_row, since = 0, self.every
         while self.active and len(self.held) <= last:
             if since >= self.every:
@@ -367,7 +258,7 @@ class _Trial:
             )
         return plans, collision, contact
 
-    def _situation(self, view: _View, seat: _Seat) -> Situation:
+    def _situation(self, view: _View, seat: Follower) -> Situation:
         plans, collision, contact = view
         motion = None
         if seat.replanned is not None:
@@ -378,14 +269,14 @@ class _Trial:
                 np.array(self.positions[seat.replanned :]),
                 np.array(self.velocities[seat.replanned :]),
                 held,
-                DT,
+                STEP,
             )
         return Situation.from_contacts(
             plans,
             collision,
             contact_time=contact,
             motion=motion,
-            time=(len(self.held) - 1) * DT,
+            time=(len(self.held) - 1) * STEP,
             seed=self._seed(_CHANCE, self.count, self.agents.index(seat.agent)),
         )
 
@@ -407,7 +298,7 @@ class _Trial:
                 seat.holding = True
                 self.world.grasp(agent)
             elif seat.holding and np.linalg.norm(tip - task.place) <= NEAR:
-                self.finish[agent] = (len(self.held) - 1) * DT
+                self.finish[agent] = (len(self.held) - 1) * STEP
                 self.world.remove(agent)
 
     def _count_down(self) -> bool:
@@ -420,7 +311,7 @@ class _Trial:
         home = straight_plan(
             self.scene.arms[agent], agent, self.world.position(agent), self.scene.arms[agent].home
         )
-        self.seats[agent].go_home(home, round(self.execution.retreat / DT))
+        self.seats[agent].go_home(home, round(self.execution.retreat / STEP))
 
     def _rng(self, *key: int) -> np.random.Generator:
         return np.random.default_rng(np.random.SeedSequence(self.seed, spawn_key=key))

@@ -12,10 +12,12 @@ from ppinfer.coordination import Policy
 from ppinfer.studies import RecordingHeader, Trial
 from ppinfer.studies.personality_models import personality_text
 from ppinfer.studies.replans import Replan
+from ppsim.arms.execution import PLAN_SETS, Execution
 from ppsim.arms.geometry import ARMS
-from ppsim.arms.playing import DT, PLAN_SETS, Execution, Played, play
+from ppsim.arms.playing import Played, play
 from ppsim.arms.robots import HUMANS, ROBOTS, checked_names, make_human, make_robot
 from ppsim.arms.scene import Scene
+from ppsim.arms.world import STEP
 from ppsim.errors import SimulationError
 from ppsim.seeds import trial_seed
 
@@ -49,6 +51,8 @@ class ArmsStudy:
     ------
     SimulationError
         If there is no scene, or a name is unknown or given twice.
+    ModelError
+        If a robot's model of personality is none that a log can keep.
 
     Examples
     --------
@@ -77,8 +81,18 @@ class ArmsStudy:
         checked_names("plan sets", self.plan_sets, PLAN_SETS)
         checked_names("robots", self.robots, ROBOTS, own=True)
         checked_names("humans", self.humans, HUMANS, own=True)
+        # whatever cannot be played or logged is told now
         for robot, human in self._pairs:
-            self.policies(robot, human)
+            model = self.policies(robot, human)[ROBOT].belief_model()
+            if model is not None:
+                personality_text(model)
+
+    @cached_property
+    def _theta(self) -> tuple[str, ...]:
+        """All that some robot may believe of the human: whom equilibria favour, and more where a model knows more."""
+        models = [self.policies(robot, human)[ROBOT].belief_model() for robot, human in self._pairs]
+        labels = [label for model in models if model is not None for label in model.theta(AGENTS).labels]
+        return tuple(dict.fromkeys([*AGENTS, *map(str, labels)]))
 
     @property
     def trials(self) -> int:
@@ -118,7 +132,7 @@ class ArmsStudy:
             position_units="rad",
             title="Simulated parallel play: two arms, each with an object to pick and place",
             source="ppsim study",
-            theta=AGENTS,
+            theta=self._theta,
             configuration=self.configuration(),
         )
 
@@ -130,7 +144,7 @@ class ArmsStudy:
                 name: list(value) if isinstance(value, tuple) else value
                 for name, value in asdict(self).items()
             },
-            "dt": DT,
+            "dt": STEP,
             "arms": {agent: asdict(arm) for agent, arm in ARMS.items()},
         }
 
@@ -144,7 +158,7 @@ class ArmsStudy:
         return Trial(
             trial_id=self.trial_id(index),
             participant=f"simulated {human}",
-            time=np.arange(len(played.held)) * DT,
+            time=np.arange(len(played.held)) * STEP,
             position=played.position,
             velocity=played.velocity,
             condition=f"{robot}, {plan_sets} plan sets",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,7 +39,7 @@ AGAINST = ("norm", "norm-committed")
 
 def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     """Add ``study``."""
-    from ppsim.arms.playing import PLAN_SETS, Execution
+    from ppsim.arms.execution import PLAN_SETS, Execution
     from ppsim.arms.robots import HUMANS, ROBOTS
     from ppsim.arms.study import ArmsStudy
 
@@ -124,7 +125,7 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.cli.output import print_json
     from ppinfer.cli.progress import progress_bar
     from ppinfer.studies.task_performance import task_performance
-    from ppsim.arms.playing import Execution
+    from ppsim.arms.execution import Execution
     from ppsim.arms.study import ArmsStudy
     from ppsim.study import record_study, recording_path
 
@@ -219,8 +220,10 @@ def _print(performance: TaskPerformance, study: ArmsStudy, output: Path, resumed
 
 
 def _with_sem(mean: float, sem: float, digits: int) -> str:
-    return f"{mean:.{digits}f} ± {sem:.{digits}f}"
+    # one scene says nothing of how scenes differ
+    return f"{mean:.{digits}f}" + (f" ± {sem:.{digits}f}" if math.isfinite(sem) else "")
 
 
 def _interval(row: dict[str, Any]) -> str:
-    return f"{row['mean']:+.3f} [{row['low']:+.3f}, {row['high']:+.3f}]"
+    interval = f" [{row['low']:+.3f}, {row['high']:+.3f}]" if math.isfinite(row["low"]) else ""
+    return f"{row['mean']:+.3f}{interval}"

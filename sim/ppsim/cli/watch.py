@@ -27,7 +27,7 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
 
 
 def _add_arms(worlds: argparse._SubParsersAction[Any]) -> None:
-    from ppsim.arms.playing import PLAN_SETS
+    from ppsim.arms.execution import PLAN_SETS
 
     parser = worlds.add_parser(
         "arms",

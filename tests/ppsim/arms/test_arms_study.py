@@ -14,7 +14,7 @@ import xarray as xr
 from ppinfer.studies import open_log, read_log, validate_log
 from ppinfer.studies.personality_inference import infer_log_personality, live_difference
 from ppinfer.studies.task_performance import task_performance
-from ppsim.arms.playing import Execution
+from ppsim.arms.execution import Execution
 from ppsim.arms.study import ArmsStudy
 from ppsim.cli import main
 from ppsim.errors import SimulationError
@@ -169,6 +169,55 @@ def test_a_policy_of_ones_own_can_sit_in_any_seat(tmp_path, monkeypatch, capsys)
     told = json.loads(capsys.readouterr().out)
     rows = {row["robot"]: row for row in told["pooled"]}
     assert rows[own]["total_s"] == rows["selfish"]["total_s"]
+
+
+OWN_MODELS = """
+from dataclasses import dataclass, field
+import numpy as np
+from ppinfer.coordination import BayesNash, Personality
+
+def fair():
+    return BayesNash(personality=Personality(fair_within=2.0))
+
+@dataclass(frozen=True)
+class Weighted(Personality):
+    weights: np.ndarray = field(default_factory=lambda: np.ones(2))
+
+def weighted():
+    return BayesNash(personality=Weighted())
+"""
+
+
+def test_a_robot_may_know_more_classes_of_theta_than_the_others(tmp_path, monkeypatch, capsys):
+    (tmp_path / "my_beliefs.py").write_text(OWN_MODELS)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    command = ["study", "--scenes", "1", "--humans", "norm", "--seed", "3", "-o", "log.nc"]
+    assert main([*command, "--robots", "bayes", "my_beliefs:fair"]) == 0
+    with open_log("log.nc") as log:
+        assert log["theta"].values.tolist() == ["robot", "human", "fair"]
+        fair = np.repeat([False, True], log["replan_row_size"].values)
+        np.testing.assert_array_equal(np.isneginf(log["live_log_posterior"].values[:, 2]), ~fair)
+    posterior = infer_log_personality(read_log("log.nc"))
+    assert live_difference(posterior)[1] < 1e-10
+
+
+def test_a_model_that_a_log_cannot_hold_is_told_before_anything_is_played(tmp_path, monkeypatch, capsys):
+    (tmp_path / "my_weights.py").write_text(OWN_MODELS)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    command = ["study", "--scenes", "1", "--seed", "3", "-o", "log.nc", "--robots", "my_weights:weighted"]
+    assert main(command) == 1
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "parameters of 'personality' cannot be written as JSON" in told
+    assert not (tmp_path / "log.recording.jsonl").exists()
+
+
+def test_one_scene_has_no_spread_and_the_tables_show_none(tmp_path, capsys):
+    command = ["study", "--scenes", "1", "--robots", "norm", "selfish", "--humans", "norm", "--seed", "3"]
+    assert main([*command, "-o", str(tmp_path / "log.nc")]) == 0
+    assert "nan" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,8 @@ import pytest
 
 from ppsim.arms.geometry import ARMS
 from ppsim.arms.planners import PLANNERS
-from ppsim.arms.plans import SAMPLE_TIME, rest_of_plan, sample_plans, straight_plan
+from ppsim.arms.plans import rest_of_plan, sample_plans, straight_plan
+from ppsim.arms.world import STEP
 from ppsim.errors import SimulationError
 
 from .situations import plans_of, scene_of
@@ -44,7 +45,7 @@ def test_every_plan_goes_from_here_over_the_pick_to_the_place_and_the_last_stays
         assert passes.any()
         # each leg ends on a sample
         for ended in (*time[passes], time[-1]):
-            assert abs(ended / SAMPLE_TIME - round(ended / SAMPLE_TIME)) < 1e-9
+            assert abs(ended / STEP - round(ended / STEP)) < 1e-9
     assert waypoints(plans, 7)[1].tolist() == [list(ARM.home)]
 
 
@@ -61,9 +62,7 @@ def test_joints_move_in_step_within_their_speed_and_nearly_at_it():
         speed = np.abs(np.diff(position, axis=0)).max(axis=1) / np.diff(time)
         assert (speed <= ARM.joint_speed * (1 + 1e-9)).all()
         # both legs are stretched by less than a sample
-        assert (
-            np.abs(np.diff(position, axis=0)).max(axis=1).sum() / ARM.joint_speed > time[-1] - 2 * SAMPLE_TIME
-        )
+        assert np.abs(np.diff(position, axis=0)).max(axis=1).sum() / ARM.joint_speed > time[-1] - 2 * STEP
 
 
 def test_plans_are_raw_and_differ():
@@ -130,7 +129,7 @@ def test_a_goal_that_is_here_already_takes_no_time_and_one_nearby_a_sample():
     near = sample_plans(
         ARM, "robot", ARM.home, [np.add(ARM.home, 1e-6)], seed=0, planner="InformedRRTstar", count=1
     )
-    assert np.isclose(near.duration[0], SAMPLE_TIME)
+    assert np.isclose(near.duration[0], STEP)
 
 
 def test_a_straight_plan_goes_straight():

@@ -8,9 +8,10 @@ from numpy.testing import assert_allclose, assert_array_equal
 from ppinfer.coordination import BayesRisk, CommittedNormNash, Decision, NormNash, Policy, Selfish
 from ppinfer.distributions import Distribution
 from ppsim.arms import playing
-from ppsim.arms.playing import DT, Execution, play
+from ppsim.arms.execution import Execution
+from ppsim.arms.playing import play
 from ppsim.arms.scene import Scene
-from ppsim.arms.world import ArmsWorld
+from ppsim.arms.world import STEP, ArmsWorld
 from ppsim.errors import SimulationError
 
 # a scene in which the two are in each other's way
@@ -75,18 +76,18 @@ def test_both_finish_and_leave():
         one = played(Selfish(), number=number)
         assert np.isfinite(one.finish_time).all()
         for agent, when in enumerate(one.finish_time):
-            last = round(when / DT)
+            last = round(when / STEP)
             # it leaves when it has finished
             assert np.isfinite(one.position[:last, agent]).all()
             assert np.isnan(one.position[last + 1 :, agent]).all()
-        assert len(one.held) - 1 == round(one.finish_time.max() / DT)
+        assert len(one.held) - 1 == round(one.finish_time.max() / STEP)
 
 
 def test_an_arm_is_at_its_pick_before_it_finishes_at_its_place():
     one, where = played(number=2), scene(2)
     for at, agent in enumerate(where.agents):
         task, arm = where.tasks[agent], where.arms[agent]
-        last = round(one.finish_time[at] / DT)
+        last = round(one.finish_time[at] / STEP)
         tip = arm.end_effector(one.position[:last, at])
         assert np.linalg.norm(tip - task.pick, axis=1).min() < 0.011
         assert np.linalg.norm(tip[-1] - task.place) < 0.06
@@ -94,7 +95,7 @@ def test_an_arm_is_at_its_pick_before_it_finishes_at_its_place():
 
 def test_joints_keep_to_their_speed():
     one = played(number=1)
-    speed = np.abs(np.diff(one.position, axis=0)) / DT
+    speed = np.abs(np.diff(one.position, axis=0)) / STEP
     assert np.nanmax(speed) < 0.25 * 1.01
 
 
@@ -116,7 +117,7 @@ def test_replans_come_every_eight_steps_and_after_every_safety_stop():
     one = played(Shortest(), Shortest(), number=4)
     assert one.stops > 0
     samples = [replan.sample for replan in one.replans]
-    active = round(one.finish_time[0] / DT)
+    active = round(one.finish_time[0] / STEP)
     for first, second in pairwise(samples):
         assert second - first <= 8 or one.held[first + 1 : second].any()
         if second - first < 8:

@@ -61,11 +61,13 @@ def play(robots, plan_sets):
 # %% [markdown]
 # ## Figure 4: times and safety stops
 #
-# Both look at the same candidate plans. `bayes-literal` is the paper's posterior as printed, `bayes` the
-# repaired one.
+# Both look at the same candidate plans. `bayes-literal` is the paper's posterior as printed, `bayes-cost`
+# the repaired one. `bayes` tells besides whom an equilibrium favours by what each *loses* by it, not by
+# what it costs: who has the shorter way is often favoured by all equilibria, and then the other's choice
+# would say nothing.
 
 # %%
-shared = play(("defensive", "selfish", "norm", "bayes-literal", "bayes"), "shared")
+shared = play(("defensive", "selfish", "norm", "bayes-literal", "bayes-cost", "bayes"), "shared")
 performance = task_performance(shared)
 axes = plot_task_performance(performance, whiskers="95%")
 axes[0].figure
@@ -89,10 +91,11 @@ def in_words(performance, robots):
     for robot in robots:
         for metric, of_what in (("total_s", "s in total"), ("stops", "safety stops a trial")):
             one = rows[robot, metric]
-            clear = "clear of 0" if one["low"] * one["high"] > 0 else "which does not exclude 0"
+            low, high = round(one["low"], 2), round(one["high"], 2)
+            clear = "clear of 0" if low * high > 0 else "which does not exclude 0"
             lines.append(
                 f"- **{robot}** minus norm: {one['mean']:+.2f} {of_what}, 95 % interval "
-                f"[{one['low']:+.2f}, {one['high']:+.2f}], {clear}"
+                f"[{low:+.2f}, {high:+.2f}], {clear}"
             )
     stops = performance.values[:, METRICS.index("stops")]
     lines += [
@@ -104,7 +107,7 @@ def in_words(performance, robots):
     return Markdown("\n".join(lines))
 
 
-in_words(performance, ["bayes-literal", "bayes"])
+in_words(performance, ["bayes-literal", "bayes-cost", "bayes"])
 
 # %% [markdown]
 # And the repaired robot by whom it met (the paper's Figure 6b):
@@ -118,13 +121,15 @@ axes[0].figure
 #
 # A posterior that is worth anything tells the humans apart: the selfish one should get a high p(human
 # favours itself), the defensive one a low one. Below is the mean belief over each trial, all inferred
-# afterwards from the same motion (that of the `bayes` trials), with one repair at a time switched off,
-# and at the bottom the paper's posterior as a whole. The number on the right is how far the selfish human
-# is above the defensive one.
+# afterwards from the same motion (that of the `bayes` trials). At the top is what `bayes` believes, and
+# the repaired posterior with the printed classes (`bayes-cost`); below that the latter with one repair at
+# a time switched off; at the bottom the paper's posterior as a whole. The number on the right is how far
+# the selfish human is above the defensive one.
 
 # %%
 repaired = Personality()
 variants = {
+    "all repairs, and classes by loss": BayesNash().personality,
     "all repairs": repaired,
     "a game with an empty class counts": replace(repaired, skip_empty=False),
     "sum over a class, not its mean": replace(repaired, average=False),
@@ -151,7 +156,7 @@ for row, (name, model) in enumerate(variants.items()):
         ax.plot(one.mean, place, marker, color=colour, ms=6, label=f"{one.human} human" if row == 0 else None)
     ax.text(1.03, row, f"{gap[name]:+.2f}", va="center")
 ax.axvline(0.5, color="#767676", linestyle="--", linewidth=1)
-ax.axhline(0.5, color="#D9D9D9", linewidth=1)
+ax.axhline(1.5, color="#D9D9D9", linewidth=1)
 ax.axhline(len(variants) - 1.5, color="#D9D9D9", linewidth=1)
 ax.set_yticks(range(len(variants)), variants)
 ax.set(xlim=(0, 1), ylim=(len(variants) - 0.5, -0.5), xlabel="mean p(human favours itself) ± standard error")
@@ -159,7 +164,7 @@ ax.tick_params(axis="y", length=0)
 _ = ax.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
 
 # %%
-costly = sorted(list(variants)[1:-1], key=gap.get)[:2]
+costly = sorted(list(variants)[2:-1], key=gap.get)[:2]
 Markdown(f"What costs most of that, here, once it is switched off: *{costly[0]}*, and *{costly[1]}*.")
 
 # %% [markdown]
@@ -173,13 +178,14 @@ Markdown(f"What costs most of that, here, once it is switched off: *{costly[0]}*
 # than one equilibrium to choose from: at how many does p(a) choose another one than the norm alone?
 
 # %%
+model = BayesNash().personality
 history = play_history(of_bayes)
 human_of_trial = of_bayes.controller.sel(agent="human").values
 states, human_of_replan = [], []
 for trial, replans in enumerate(of_bayes.replan_row_size.values):
     state = None
     for number in range(replans):
-        state = repaired.observe(history.situation(trial, number), "robot", state)
+        state = model.observe(history.situation(trial, number), "robot", state)
         if state.equilibria.sum() > 1:
             states.append(state)
             human_of_replan.append(human_of_trial[trial])
@@ -211,7 +217,15 @@ ax.set_title(
     fontsize="medium",
 )
 ax.axvline(default, color="#B22222", linestyle=":")
-ax.text(default, 1.0, " ppinfer's default", color="#B22222", transform=ax.get_xaxis_transform(), va="top")
+ax.text(
+    0.97 * default,
+    1.0,
+    "ppinfer's default",
+    color="#B22222",
+    transform=ax.get_xaxis_transform(),
+    va="top",
+    ha="right",
+)
 ax.set(
     xlabel="seconds that count as one unit of cost",
     ylabel="choices changed [%]",

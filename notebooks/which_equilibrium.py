@@ -35,7 +35,6 @@ from ppinfer.coordination import (
     MinNorm,
     Motion,
     NormNash,
-    Personality,
     PlanSet,
     Selfish,
     Situation,
@@ -199,7 +198,7 @@ _ = ax.set(
 # robot lets the human go first.
 
 # %%
-state = Personality().observe(start, "robot", None)
+state = BayesNash().personality.observe(start, "robot", None)
 beliefs = np.linspace(0.002, 0.998, 121)
 p_alpha = [replace(state, log_belief=np.log([1 - belief, belief])).p_alpha for belief in beliefs]
 
@@ -213,7 +212,7 @@ def robot_goes(unit):
 surface = np.array([robot_goes(unit) for unit in units])
 fig, (left, right) = plt.subplots(1, 2, figsize=(10, 3.9), layout="constrained")
 left.axhline(0.5, color="#767676", linestyle="--", linewidth=1)
-four = (1.0, 20.0, default.cost_unit, 1000.0)
+four = (1.0, default.cost_unit / 4, default.cost_unit, 10 * default.cost_unit)
 for unit, colour in zip(four, ("#222222", "#7A5195", STOP, "#009E73"), strict=True):
     left.plot(beliefs, robot_goes(unit), color=colour, linewidth=2, label=f"{unit:g} s")
 left.legend(title="unit of cost", frameon=False, loc="lower left")
@@ -310,6 +309,6 @@ _ = panels[1, 2].legend(frameon=False, loc="lower right", fontsize="small")
 #
 # ## Where to go next
 #
-# - The same on a table with real plans: *Whom does the human favour?*
+# - The same on a table with real plans: [Whom does the human favour?](whom_does_the_human_favour.py).
 # - A norm, a personality or a policy of your own is one small class: `docs/coordination.md`.
 # - Games from arrays and from Gambit's files, and their equilibria: `docs/games.md`.

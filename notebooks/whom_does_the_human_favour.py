@@ -29,7 +29,7 @@ import numpy as np
 import pandas as pd
 
 import ppinfer
-from ppinfer.coordination import LiteralPersonality, Personality
+from ppinfer.coordination import BayesNash, LiteralPersonality
 from ppinfer.plots import (
     mean_beliefs,
     plot_belief_by_human,
@@ -162,11 +162,12 @@ pd.Series(first.classes.sum(axis=(1, 2)), first.theta.labels, name="equilibria t
 #
 # Here is the replan of that trial after which the belief changed most. On the left the human's plans in
 # the equilibria of that moment's game, in the colour of whom they favour, with a ring where the human
-# would be at the next replan. In black, what it did. On the right, what these equilibria cost.
+# would be at the next replan. In black, what it did. On the right, what each loses by these equilibria:
+# an equilibrium favours whom it costs least more than the one that would be best for it.
 
 # %%
 _, replans, place = of_trial(PAIR["repaired"])
-model, states, situations = Personality(), [None], []
+model, states, situations = BayesNash().personality, [None], []
 for number in range(replans.stop - replans.start):
     situations.append(history.situation(place, number))
     states.append(model.observe(situations[-1], "robot", states[-1]))
@@ -175,6 +176,9 @@ WHEN = int(np.abs(np.diff(belief)).argmax())
 situation, state, after = situations[WHEN], states[WHEN + 1], situations[WHEN + 1]
 arm = ARMS["human"]
 cells = np.argwhere(state.equilibria)
+
+costs = np.where(state.equilibria, situation.game.costs, np.inf)
+loss = costs - costs.min(axis=(1, 2), keepdims=True)
 
 fig, (left, right) = plt.subplots(1, 2, figsize=(10.5, 4.2), layout="constrained", width_ratios=[1.2, 1])
 where = situation.plans[1]
@@ -185,7 +189,7 @@ for mine, yours in cells:
     left.plot(*path.T, color=colour, linewidth=1.8, zorder=6)
     ring = arm.end_effector(where.positions(0.8)[yours, 0])
     left.plot(*ring, "o", color=colour, mfc="none", ms=13, mew=2, zorder=9)
-    right.plot(*situation.game.costs[:, mine, yours], "o", color=colour, ms=9)
+    right.plot(*loss[:, mine, yours], "o", color=colour, ms=9, clip_on=False)
 pose = Capsules(left, arm, "#BBBBBB")
 pose.show(after.motion.position[0, 1])
 moved = arm.end_effector(after.motion.position[:, 1])
@@ -199,11 +203,12 @@ left.update_datalim(arm.points(after.motion.position[0, 1]))
 left.margins(0.1)
 left.axis("off")
 left.set_title(f"p(human favours itself): {belief[WHEN]:.2f} → {belief[WHEN + 1]:.2f}", loc="left")
-low = situation.game.costs[:, *cells.T].min() - 1
-high = situation.game.costs[:, *cells.T].max() + 1
-right.plot([low, high], [low, high], "--", color="#767676", linewidth=1)
-right.text(high, high, "as long for both ", ha="right", va="top", color="#767676", fontsize="small")
-right.set(xlabel="the robot is done after [s]", ylabel="the human is done after [s]", aspect="equal")
+high = 1.1 * loss[:, *cells.T].max()
+right.plot([0, high], [0, high], "--", color="#767676", linewidth=1)
+right.text(0.97 * high, high, "as much for both ", ha="right", va="top", color="#767676", fontsize="small")
+right.set(
+    xlabel="the robot loses [s]", ylabel="the human loses [s]", aspect="equal", xlim=(0, high), ylim=(0, high)
+)
 right.set_title(f"equilibria at {situation.time:.1f} s", loc="left")
 _ = right.spines[["top", "right"]].set_visible(False)
 
@@ -227,7 +232,7 @@ pd.DataFrame({"robot": robot_of_replan, "largest difference of p(θ)": apart.val
 
 # %%
 mine = select_trials(log, np.flatnonzero(trials.robot == "bayes"))
-models = {"literal, (5)-(10)": LiteralPersonality(), "repaired": Personality()}
+models = {"literal, (5)-(10)": LiteralPersonality(), "repaired": BayesNash().personality}
 fig, panels = plt.subplots(1, 2, figsize=(9.4, 3.6), layout="constrained")
 for ax, (name, model) in zip(panels, models.items(), strict=True):
     plot_belief_by_human(mean_beliefs(read_beliefs(infer_log_personality(mine, model))), axes=[ax])

@@ -366,8 +366,8 @@ def _aligned(replans: xr.Dataset, labels: list[str], log_name: str) -> Float[np.
     """Return the live beliefs in the order of these labels; a label that nobody held then is impossible."""
     there = [str(label) for label in replans["theta"].values]
     live = replans["live_log_posterior"].values
-    unknown = [label for label in there if label not in labels and not np.isnan(live).all()]
-    if unknown and np.nanmax(live[:, there.index(unknown[0])]) > -np.inf:
+    # NaN, where nobody held a belief, is not above anything
+    if any((live[:, column] > -np.inf).any() for column, label in enumerate(there) if label not in labels):
         raise LogError(
             f"{log_name}: beliefs were held over theta {there}, but what is inferred is over {labels}; choose the "
             "model that was used"

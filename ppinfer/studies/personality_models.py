@@ -59,6 +59,11 @@ def make_personality(name: str, parameters: Mapping[str, Any]) -> PersonalityMod
 def personality_text(model: PersonalityModel) -> str:
     """Return a model as the JSON text that logs and posteriors hold.
 
+    Raises
+    ------
+    ModelError
+        Where JSON cannot hold a parameter.
+
     Examples
     --------
     >>> personality_text(LiteralPersonality())
@@ -66,7 +71,13 @@ def personality_text(model: PersonalityModel) -> str:
     """
     # a model of one's own need not be a dataclass
     parameters: dict[str, Any] = dataclasses.asdict(model) if dataclasses.is_dataclass(model) else {}
-    return json.dumps({"model": model.name, "parameters": parameters}, allow_nan=False)
+    try:
+        return json.dumps({"model": model.name, "parameters": parameters}, allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise ModelError(
+            f"parameters of {model.name!r} cannot be written as JSON, so no log can keep the model: {error}; make them "
+            "finite numbers, strings, lists or None"
+        ) from error
 
 
 def personality_of_text(text: str) -> PersonalityModel:

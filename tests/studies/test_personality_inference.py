@@ -112,6 +112,18 @@ def test_classes_that_only_some_models_have_are_impossible_in_the_others():
     assert live_difference(posterior)[1] < 1e-10
 
 
+def test_any_label_that_was_believed_in_and_is_not_inferred_is_told():
+    belief = np.log([0.2, 0.3, 0.5])
+    trials, options = planned_study(trials=1, replans=2)
+    options = options | {"theta": ("human", "robot", "shy", "fair")}
+    replans = [
+        replace(one, live_log_posterior=belief, theta=("human", "robot", "fair")) for one in trials[0].replans
+    ]
+    log = log_of_trials([replace(trials[0], replans=replans)], **options)
+    with pytest.raises(LogError, match="beliefs were held over theta"):
+        infer_log_personality(log, Personality())
+
+
 def test_trials_without_replans_of_the_viewer_stay_in_the_posterior():
     trials, options = planned_study(trials=3, replans=2)
     alone = [one for one in trials[1].replans if one.agent == "human"]

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from jaxtyping import Bool
 
-from ppinfer.coordination.choice import decide_by, hold
+from ppinfer.coordination.choice import TIE, decide_by, hold
 from ppinfer.coordination.classes import favoured_classes
 from ppinfer.coordination.equilibria import coordination_equilibria
 from ppinfer.coordination.norm_nash import NormNash
@@ -73,7 +73,7 @@ class OracleNash(Policy):
                 told[player] = True
             else:
                 cost = np.array([own[asked.profile] for own in game.costs])
-                told |= cost == cost.min()
+                told |= cost <= cost.min() + TIE
         belief = Factor.from_mask([Axis("theta", situation.agents)], told).normalize("theta")
         if not equilibria.any():
             return hold(situation, player, belief=belief, memory=remembered)

@@ -86,6 +86,11 @@ class TaskPerformance:
         -------
         list of dict
             robot, against, plan_sets, metric, mean, low, high, pairs.
+
+        Raises
+        ------
+        LogError
+            If a robot met the same human in the same scene more than once.
         """
         told = []
         for plan_sets in _distinct(self.plan_sets):
@@ -141,7 +146,13 @@ class TaskPerformance:
     def _pairs(self, robot: str, other: str, plan_sets: str) -> Int[np.ndarray, "pair 2"]:
         def trials_of(name: str) -> dict[tuple[int, str], int]:
             chosen = np.flatnonzero((self.robot == name) & (self.plan_sets == plan_sets))
-            return {(int(self.scene[at]), str(self.human[at])): int(at) for at in chosen}
+            found = {(int(self.scene[at]), str(self.human[at])): int(at) for at in chosen}
+            if len(found) < len(chosen):
+                raise LogError(
+                    f"robot {name!r} met the same human in the same scene more than once ({plan_sets} plan sets), so "
+                    "that trials cannot be paired; number the scenes of joined studies apart"
+                )
+            return found
 
         mine, theirs = trials_of(robot), trials_of(other)
         both = [(mine[key], theirs[key]) for key in mine if key in theirs]

@@ -175,3 +175,8 @@ def test_by_loss_what_a_constant_adds_to_one_agents_costs_changes_nothing():
     np.testing.assert_array_equal(
         favoured_classes(costs, among, favour_by="loss"), favoured_classes(later, among, favour_by="loss")
     )
+
+
+def test_costs_that_differ_by_rounding_only_are_ties():
+    costs = np.array([[0.1 + 0.2], [0.3]])
+    assert favoured_classes(costs, np.ones(1, bool)).all()

@@ -123,3 +123,9 @@ def test_a_log_of_something_else_is_refused():
         task_performance(example_planned_log().drop_vars(["finish_time", "stops"]))
     with pytest.raises(LogError, match="no agent 'dog' in the log; there are"):
         task_performance(example_planned_log(), robot="dog")
+
+
+def test_trials_that_repeat_cannot_be_paired():
+    one = performance(np.zeros((3, 6)), ["norm", "bayes", "bayes"], scene=[0, 0, 0])
+    with pytest.raises(LogError, match="'bayes' met the same human in the same scene more than once"):
+        one.differences()

@@ -10,6 +10,9 @@ from jaxtyping import Bool, Float
 FavourBy = Literal["cost", "loss"]
 """Whether whom an equilibrium favours is a matter of what it costs each, or of what each loses by it."""
 
+TIE = 1e-9
+"""Seconds within which costs are the same but for rounding."""
+
 FAIR = "fair"
 """Label of the class of equilibria that favour nobody by more than a few seconds."""
 
@@ -58,7 +61,8 @@ def favoured_classes(
     """
     if favour_by == "loss":
         costs = _losses(costs, among)
-    cheapest = costs == costs.min(axis=0)
+    # differences of durations: what is as much but for rounding is as much
+    cheapest = costs <= costs.min(axis=0) + TIE
     if not ties:
         cheapest &= cheapest.sum(axis=0) == 1
     classes: np.ndarray = cheapest & among

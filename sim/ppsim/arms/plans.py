@@ -167,6 +167,9 @@ def rest_of_plan(plans: PlanSet, plan: int, elapsed: float, position: Any) -> Re
     """
     first = int(plans.starts[plan])
     time = plans.time[first : first + int(plans.row_size[plan])] - elapsed
+    # legs end on samples: a rounding error less would make this plan dearer than a fresh one that takes as long
+    sampled = np.round(time / STEP) * STEP
+    time = np.where(np.abs(time - sampled) < 1e-9, sampled, time)
     # what is nearer than a millionth of a second is there already
     ahead = time > 1e-6
     if not ahead.any():

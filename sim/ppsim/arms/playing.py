@@ -42,8 +42,8 @@ class Played:
     replans : tuple of Replanned
         The robot's.
     contacts : int
-        Contacts of the arms in the physical world. The safety stop looks at poses half a step apart, which leaves arms
-        that graze each other: by less than a millimetre, as a test says.
+        Contacts of the arms in the physical world. The safety stop looks at poses half a step apart, which leaves room
+        for arms that brush each other in between.
     """
 
     position: Float[np.ndarray, "sample agent joint"]

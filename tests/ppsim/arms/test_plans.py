@@ -163,3 +163,12 @@ def test_goals_beyond_the_limits_are_refused():
 def test_a_planner_that_finds_nothing_says_how_often_it_tried():
     with pytest.raises(SimulationError, match="20 attempts"):
         sample_plans(ARM, "robot", ARM.home, GOALS, seed=0, count=1, planner_range=1e-4)
+
+
+def test_the_rest_of_a_plan_takes_no_rounding_error_longer_than_a_plan_that_takes_as_long():
+    plans = sample_plans(ARM, "robot", ARM.home, GOALS, seed=3)
+    for plan in range(7):
+        whole = round(plans.duration[plan] / STEP)
+        for steps in range(1, whole):
+            rest = rest_of_plan(plans, plan, steps * STEP, plans.positions(steps * STEP)[plan, 0])
+            assert rest.time[-1] == (whole - steps) * STEP

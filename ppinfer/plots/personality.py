@@ -231,5 +231,5 @@ def theta_colour(label: str, index: int) -> str:
     >>> theta_colour("human", 1) == theta_colour("human", 0)
     True
     """
-    usual = {"human": 0, "robot": 1, "fair": 2}
+    usual = {"robot": 0, "human": 1, "fair": 2}
     return goal_colour(usual.get(label, 3 + index))

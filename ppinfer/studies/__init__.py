@@ -11,7 +11,11 @@ from ppinfer.studies.fit import StudyFit, fit_study
 from ppinfer.studies.goal_evidence import goal_evidence
 from ppinfer.studies.infer import infer_posterior
 from ppinfer.studies.log_inference import infer_log, posterior_dataset
-from ppinfer.studies.personality_inference import infer_log_personality, infer_personalities
+from ppinfer.studies.personality_inference import (
+    infer_log_personality,
+    infer_personalities,
+    live_difference,
+)
 from ppinfer.studies.play_history import play_history
 from ppinfer.studies.posterior import open_posterior, write_posterior
 from ppinfer.studies.readers import READERS, read_study
@@ -23,6 +27,7 @@ from ppinfer.studies.recording_lines import RecordingHeader
 from ppinfer.studies.replans import Replan, ReplanTable
 from ppinfer.studies.scores import Scores, score_posterior
 from ppinfer.studies.storage import open_log, read_log, write_log
+from ppinfer.studies.task_performance import TaskPerformance, task_performance
 from ppinfer.studies.theta_posterior import read_theta_posterior, write_theta_posterior
 from ppinfer.studies.trial_selection import select_trials
 from ppinfer.studies.trials import Segment, Trial, log_of_trials
@@ -43,6 +48,7 @@ __all__ = [
     "Scores",
     "Segment",
     "StudyFit",
+    "TaskPerformance",
     "Trial",
     "build_log",
     "calibrate_posterior",
@@ -56,6 +62,7 @@ __all__ = [
     "infer_personalities",
     "infer_posterior",
     "iter_blocks",
+    "live_difference",
     "load_recording",
     "log_of_trials",
     "open_log",
@@ -71,6 +78,7 @@ __all__ = [
     "read_tidy",
     "score_posterior",
     "select_trials",
+    "task_performance",
     "validate_file",
     "validate_log",
     "write_log",

@@ -173,6 +173,12 @@ def task_performance(log: xr.Dataset, *, robot: str = "robot", human: str = "hum
     ------
     LogError
         If the log lacks a variable or an agent that this needs, naming all of them.
+
+    Examples
+    --------
+    >>> from ppinfer.testing import example_planned_log
+    >>> task_performance(example_planned_log(trials=2)).values.shape
+    (2, 6)
     """
     needed = ("finish_time", "stops", "stop_episodes", "controller")
     missing = [name for name in needed if name not in log.variables]

@@ -98,6 +98,14 @@ def play(
     ------
     SimulationError
         If the plan sets are called otherwise, an agent has no policy, or a policy chose a plan that is not there.
+
+    Examples
+    --------
+    >>> from ppinfer.coordination import NormNash, Selfish
+    >>> scene = Scene.random(np.random.default_rng(1))
+    >>> played = play(scene, {"robot": NormNash(), "human": Selfish()}, seed=1)
+    >>> played.finish_time.shape, played.replans[0].decision.plan < 8
+    ((2,), True)
     """
     if plan_sets not in PLAN_SETS:
         raise SimulationError(f"plan sets are {' or '.join(PLAN_SETS)}; got {plan_sets!r}")

@@ -267,7 +267,7 @@ class _Parts:
                 self.labels[label] = None
                 belief.setdefault(label, np.full(mine.size, -np.inf))[places] = values[:, column]
         self.beliefs.append(belief)
-        kept = [name for name in _FROM_TRIALS if name in block]
+        kept = ["agent", *(name for name in _FROM_TRIALS if name in block)]
         still = block[kept].drop_vars(["theta", "goal", "space", "table"], errors="ignore")
         self.still.append(still.assign(model=("trial", applied), replan_row_size=("trial", row_size)))
         names = [

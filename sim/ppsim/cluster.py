@@ -56,9 +56,22 @@ def simulate_on_cluster(study: Study, indices: Sequence[int], address: str) -> I
         for index in indices:
             waiting.append(client.submit(_play, study, index, pure=False))
             if len(waiting) > ahead:
-                yield waiting.popleft().result()
+                yield _result(waiting.popleft(), address)
         while waiting:
-            yield waiting.popleft().result()
+            yield _result(waiting.popleft(), address)
+
+
+def _result(future: Any, address: str) -> Trial:
+    from distributed import KilledWorker
+    from distributed.client import FutureCancelledError
+
+    try:
+        trial: Trial = future.result()
+    except (FutureCancelledError, KilledWorker) as error:
+        raise SimulationError(
+            f"the Dask cluster at {address} was lost: {error}; trials that ended are recorded: go on with resume"
+        ) from error
+    return trial
 
 
 def _check_workers(client: Any, address: str) -> None:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
+import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -71,18 +73,25 @@ def simulate(
         return
     # fresh processes: a forked one may inherit locks that a thread held
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(
-        min(workers, len(indices)), mp_context=context, initializer=_leave_interrupts_to_the_parent
-    )
+    pool = ProcessPoolExecutor(min(workers, len(indices)), mp_context=context, initializer=_follow_the_parent)
     try:
         yield from pool.map(study.trial, indices, chunksize=min(4, -(-len(indices) // workers)))
     finally:
         pool.shutdown(cancel_futures=True)
 
 
-def _leave_interrupts_to_the_parent() -> None:
+def _follow_the_parent() -> None:
     # Ctrl-C reaches every process of the terminal; a worker's traceback would tell nothing
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # a parent that is killed tells its workers nothing: they would wait for ever
+    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+
+
+def _end_with_the_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def log_of_study(study: Study, indices: Sequence[int]) -> xr.Dataset:
@@ -106,7 +115,7 @@ def recording_path(target: str | os.PathLike[str]) -> Path:
     'LOG.recording.jsonl'
     """
     path = Path(target)
-    return path.with_name(f"{path.stem}.recording.jsonl")
+    return path.parent / f"{path.stem}.recording.jsonl"
 
 
 def record_study(
@@ -145,7 +154,8 @@ def record_study(
     Raises
     ------
     SimulationError
-        Where there are no trials or workers, the cluster is not there, or the recording there is longer than asked for.
+        Where there are no trials or workers, the cluster is not there, or the recording there is longer than asked for
+        or not to be continued.
     LogError
         Where the log cannot be written, or the recording there is of another study.
 
@@ -162,7 +172,11 @@ def record_study(
         if count < 1:
             raise SimulationError(f"{name} must be at least 1; got {count}")
     path = recording_path(target)
-    with RecordingWriter(path, study.header(), resume=resume) as recording:
+    if path.exists() and not resume:
+        raise SimulationError(
+            f"{path}: an interrupted study left it; go on with it (--resume), or remove it to start anew"
+        )
+    with _no_empty(path), RecordingWriter(path, study.header(), resume=resume) as recording:
         resumed = len(recording.completed)
         if resumed > trials:
             raise SimulationError(
@@ -182,6 +196,23 @@ def record_study(
     write_log(log, target)
     path.unlink()
     return Recorded(log, resumed)
+
+
+@contextmanager
+def _no_empty(path: Path) -> Iterator[None]:
+    """Where it fails before the first trial ended, leave nothing that would be in the way of the next try."""
+    there = path.exists()
+    try:
+        yield
+    except BaseException:
+        if not there and path.exists() and _lines(path, at_most=2) < 2:
+            path.unlink()
+        raise
+
+
+def _lines(path: Path, *, at_most: int) -> int:
+    with path.open("rb") as recording:
+        return sum(1 for _ in islice(recording, at_most))
 
 
 @contextmanager

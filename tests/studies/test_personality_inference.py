@@ -135,6 +135,15 @@ def test_trials_without_replans_of_the_viewer_stay_in_the_posterior():
     assert posterior.sizes["trial"] == 3
 
 
+def test_a_log_that_does_not_say_who_moved_the_agents_is_inferred_like_any_other(tmp_path):
+    log = example_planned_log(trials=2, replans=3)
+    write_log(log.drop_vars(["controller", "instruction"], errors="ignore"), tmp_path / "log.nc")
+    infer_personalities(tmp_path / "log.nc", tmp_path / "post.nc")
+    posterior = read_theta_posterior(tmp_path / "post.nc")
+    assert "controller" not in posterior
+    assert posterior["agent"].values.tolist() == log["agent"].values.tolist()
+
+
 def test_what_a_log_does_not_have_is_told_with_what_to_do(tmp_path):
     with pytest.raises(LogError, match=r"holds no replans .* --model goal-lqr"):
         infer_log_personality(

@@ -26,6 +26,16 @@ _WAITS = _RING | {"marker": ""}
 _GLOW = 3
 
 
+def _on_white(colour: str, share: float) -> tuple[int, int, int]:
+    parts = (int(colour[at : at + 2], 16) for at in (1, 3, 5))
+    red, green, blue = (round(share * part + (1.0 - share) * 255) for part in parts)
+    return red, green, blue
+
+
+# what a stop adds to the colours of a picture: its own, less and less of it, and the edges of its letters
+STOP_SHADES = tuple(_on_white(WARNING, step / 6) for step in range(6, 0, -1))
+
+
 class TrialPicture:
     """A figure of a trial that can be put to any of its samples.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,9 @@ def check_video_path(path: Path) -> None:
         _ffmpeg()
 
 
-def write_video(path: Path, frames: Iterable[Frame], *, fps: int) -> None:
+def write_video(
+    path: Path, frames: Iterable[Frame], *, fps: int, colours: Sequence[tuple[int, int, int]] = ()
+) -> None:
     """Write frames of the same size as GIF or MP4, by the ending of the name.
 
     Parameters
@@ -46,6 +48,8 @@ def write_video(path: Path, frames: Iterable[Frame], *, fps: int) -> None:
         Red, green and blue.
     fps : int
         Frames a second.
+    colours : sequence of (red, green, blue)
+        A GIF has few colours, and takes them from its first frame; these it has besides.
 
     Raises
     ------
@@ -56,21 +60,27 @@ def write_video(path: Path, frames: Iterable[Frame], *, fps: int) -> None:
     if path.suffix.lower() == ".mp4":
         _write_mp4(path, frames, fps)
     else:
-        _write_gif(path, frames, fps)
+        _write_gif(path, frames, fps, colours)
 
 
-def _write_gif(path: Path, frames: Iterable[Frame], fps: int) -> None:
+def _write_gif(
+    path: Path, frames: Iterable[Frame], fps: int, colours: Sequence[tuple[int, int, int]]
+) -> None:
     from PIL import Image
 
     images: list[Any] = []
+    few: Any
+    palette: Any = None
     for frame in frames:
         image = Image.fromarray(frame)
-        # all frames have the colours of the first, so that what stands still does not flicker
-        images.append(
-            image.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
-            if not images
-            else image.quantize(palette=images[0], dither=Image.Dither.NONE)
-        )
+        if palette is None:
+            # all frames have the same colours, so that what stands still does not flicker
+            few = image.quantize(_COLOURS, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE)
+            palette = Image.new("P", (1, 1))
+            palette.putpalette(
+                [*few.getpalette()[: 3 * _COLOURS], *(part for rgb in colours for part in rgb)]
+            )
+        images.append(image.quantize(palette=palette, dither=Image.Dither.NONE))
     if not images:
         raise SimulationError(f"{path}: there are no frames to write")
     duration = [round(1000 / fps)] * (len(images) - 1) + [round(1000 * _LINGER)]

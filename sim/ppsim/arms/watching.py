@@ -70,7 +70,7 @@ def draw_trial(
         If the name ends otherwise, or MP4 cannot be written.
     """
     from ppsim.arms.recorded import read_recorded
-    from ppsim.arms.trial_picture import TrialPicture
+    from ppsim.arms.trial_picture import STOP_SHADES, TrialPicture
     from ppsim.arms.video import Frame, check_video_path, write_video
 
     target = Path(path)
@@ -85,4 +85,4 @@ def draw_trial(
             yield picture.pixels()
             progress(sample + 1, samples)
 
-    write_video(target, frames(), fps=fps)
+    write_video(target, frames(), fps=fps, colours=STOP_SHADES)

@@ -4,6 +4,8 @@ import signal
 import subprocess
 import sys
 import textwrap
+from contextlib import suppress
+from dataclasses import dataclass
 from importlib.resources import files
 
 import jsonschema
@@ -11,6 +13,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from ppinfer.coordination import Policy
 from ppinfer.studies import open_log, read_log, validate_log
 from ppinfer.studies.personality_inference import infer_log_personality, live_difference
 from ppinfer.studies.task_performance import task_performance
@@ -19,6 +22,15 @@ from ppsim.arms.study import ArmsStudy
 from ppsim.cli import main
 from ppsim.errors import SimulationError
 from ppsim.study import log_of_study, record_study, recording_path
+
+
+@dataclass(frozen=True)
+class Breaks(Policy):
+    """Fails when it is first asked."""
+
+    def decide(self, situation, ego, memory=None):
+        raise RuntimeError("it breaks")
+
 
 SMALL = ArmsStudy(scenes=2, robots=("norm", "bayes"), humans=("selfish",), seed=11)
 
@@ -76,6 +88,78 @@ def test_a_cluster_that_is_not_there_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("ppsim.cluster._CONNECT_WITHIN_S", 1)
     with pytest.raises(SimulationError, match=r"no Dask scheduler answers at tcp://127\.0\.0\.1:9"):
         record_study(SMALL, 1, tmp_path / "log.nc", cluster="tcp://127.0.0.1:9")
+    # nothing is in the way of the next try, which need not resume
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_cluster_that_is_lost_is_told_with_what_to_do(tmp_path, monkeypatch):
+    distributed = pytest.importorskip("distributed")
+    lost = distributed.client.FutureCancelledError("_play", "scheduler-connection-lost")
+    monkeypatch.setattr(distributed.Future, "result", lambda self: (_ for _ in ()).throw(lost))
+    with (
+        distributed.LocalCluster(
+            n_workers=1, threads_per_worker=1, processes=False, dashboard_address=None, protocol="inproc://"
+        ) as cluster,
+        pytest.raises(
+            SimulationError, match=r"the Dask cluster at .* was lost: .*; trials .* go on with resume"
+        ),
+    ):
+        record_study(SMALL, 1, tmp_path / "log.nc", cluster=cluster.scheduler_address)
+
+
+def test_a_trial_that_fails_at_once_leaves_nothing_in_the_way(tmp_path):
+    broken = ArmsStudy(scenes=1, robots=(f"{__name__}:Breaks",), humans=("norm",))
+    with pytest.raises(RuntimeError, match="breaks"):
+        record_study(broken, 1, tmp_path / "log.nc", resume=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_recording_that_is_there_is_refused_with_what_to_do(tmp_path):
+    recording_path(tmp_path / "log.nc").write_text("{}")
+    with pytest.raises(
+        SimulationError, match=r"an interrupted study left it; go on with it \(--resume\), or"
+    ):
+        record_study(SMALL, 1, tmp_path / "log.nc", resume=False)
+
+
+@pytest.mark.parametrize("name", [".", "/"])
+def test_a_folder_is_no_log(name, capsys):
+    assert main(["study", "--scenes", "1", "-o", name]) == 1
+    assert "give one of these suffixes" in capsys.readouterr().err
+
+
+def test_workers_end_with_the_study_that_was_killed(tmp_path):
+    (tmp_path / "sleeping.py").write_text(
+        textwrap.dedent("""
+        import os, sys, time
+        from ppsim.study import simulate
+
+        class Sleeping:
+            def trial(self, index):
+                print(os.getpid(), flush=True)
+                time.sleep(300)
+
+        if __name__ == "__main__":
+            from sleeping import Sleeping
+            list(simulate(Sleeping(), range(2), workers=2))
+        """)
+    )
+    played = subprocess.Popen(
+        [sys.executable, "sleeping.py"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    try:
+        workers = [int(played.stdout.readline()) for _ in range(2)]
+        played.kill()
+        # a worker holds the pipe open for as long as it lives
+        played.communicate(timeout=20)
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(played.pid, signal.SIGKILL)
+    assert len(set(workers)) == 2
 
 
 def test_a_longer_study_begins_with_the_same_trials(log):

@@ -108,6 +108,30 @@ def test_a_gif_has_a_frame_a_sample_and_tells_how_far_it_is(log, tmp_path):
     assert told == [(number, 12) for number in range(1, 13)]
 
 
+def test_a_stop_is_red_in_a_gif_though_nothing_red_is_in_its_first_frame(tmp_path):
+    red = (213, 40, 20)
+    frames = [np.full((48, 64, 3), 250, np.uint8) for _ in range(2)]
+    frames[0][:24] = np.arange(64, dtype=np.uint8)[None, :, None] * 3
+    frames[1][10:20] = red
+    write_video(tmp_path / "trial.gif", frames, fps=10, colours=[red])
+    with Image.open(tmp_path / "trial.gif") as image:
+        image.seek(1)
+        assert image.convert("RGB").getpixel((5, 15)) == red
+
+
+def test_the_gif_of_a_trial_has_the_colour_of_its_stops(log, tmp_path):
+    one = one_trial(log).copy(deep=True)
+    one["held"].values[2] = 1
+    short = one.isel(sample=slice(0, 6))
+    short = short.isel(replan=short.replan_sample.values < 6)
+    short = short.isel(plan=slice(0, int(short.plan_row_size.values.sum())))
+    draw_trial(short, tmp_path / "trial.gif")
+    with Image.open(tmp_path / "trial.gif") as image:
+        image.seek(2)
+        shown = np.asarray(image.convert("RGB")).astype(int)
+    assert ((shown[..., 0] > 150) & (shown[..., 1] < 60) & (shown[..., 2] < 60)).sum() > 2000
+
+
 def test_an_mp4_is_written_where_ffmpeg_is_there(tmp_path):
     pytest.importorskip("imageio_ffmpeg")
     frames = (np.full((48, 64, 3), shade, np.uint8) for shade in (0, 100, 200))

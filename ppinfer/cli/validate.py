@@ -42,7 +42,11 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print_json(report.to_json())
         return 0 if report.ok else 1
-    counts = [(report.sizes[name], name) for name in ("trial", "sample", "segment", "replan") if name in report.sizes]
+    counts = [
+        (report.sizes[name], name)
+        for name in ("trial", "sample", "segment", "replan")
+        if name in report.sizes
+    ]
     sizes = ", ".join(f"{count} {name}{'s' if count != 1 else ''}" for count, name in counts)
     faults, warnings = sum(report.fault_counts.values()), sum(report.warning_counts.values())
     verdict = "sound" if report.ok else f"{faults} fault{'s' if faults != 1 else ''}"

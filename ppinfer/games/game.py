@@ -70,6 +70,8 @@ class Game:
         present: Any = None,
     ) -> None:
         try:
+            if np.iscomplexobj(costs):
+                raise TypeError("they are complex")
             array = np.array(costs, dtype=np.float64, order="C")
         except (TypeError, ValueError) as error:
             raise GameError(f"costs must be real numbers on a rectangular grid: {error}") from None

@@ -220,7 +220,10 @@ def draw_events(data: PersonalityTrial, ax: Axes, *, top: float) -> None:
 def _words(label: str, agent: str) -> str:
     if label == agent:
         return f"{agent} favours itself"
-    return "fair" if label == "fair" else f"{agent} favours the {label}"
+    if label == "fair":
+        return label
+    # a role has an article, a name has none
+    return f"{agent} favours {'the ' if label in ('robot', 'human') else ''}{label}"
 
 
 def theta_colour(label: str, index: int) -> str:

@@ -16,6 +16,7 @@ from ppinfer.studies.personality_inference import (
     infer_personalities,
     live_difference,
 )
+from ppinfer.studies.personality_models import personality_text
 from ppinfer.studies.play_history import play_history
 from ppinfer.studies.posterior import open_posterior, write_posterior
 from ppinfer.studies.readers import READERS, read_study
@@ -67,6 +68,7 @@ __all__ = [
     "log_of_trials",
     "open_log",
     "open_posterior",
+    "personality_text",
     "play_history",
     "posterior_dataset",
     "read_eth",

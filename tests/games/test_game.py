@@ -161,3 +161,8 @@ def test_a_game_may_have_one_player_and_a_million_plans():
     game = Game(np.arange(1e6)[None], ["robot"])
     assert pure_equilibria(game).log_values[0] == 0.0
     assert pure_equilibria(game).sum().values == 1.0
+
+
+def test_complex_costs_are_refused():
+    with pytest.raises(GameError, match="real numbers"):
+        Game(np.zeros((2, 2, 2), complex), PLAYERS)

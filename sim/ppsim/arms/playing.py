@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ppinfer.coordination import Decision, Motion, PlanSet, Policy, Situation
+from ppinfer.errors import PPInferError
 from ppsim.arms.contacts import contact_tables
 from ppsim.arms.execution import NEAR, PLAN_SETS, Execution
 from ppsim.arms.following import Follower
@@ -209,17 +210,29 @@ class _Trial:
                 view = seen[want] if want in seen else self._view(shared, want)
                 seen[want] = view
             situation = self._situation(view, seat)
-            decision = seat.policy.decide(situation, agent, seat.memory)
+            decision = self._decision(seat, situation)
             plans = situation.plans[viewer]
-            if not 0 <= decision.plan < len(plans):
-                raise SimulationError(
-                    f"{seat.policy.name} decided on plan {decision.plan} of {agent}'s {len(plans)} plans"
-                )
             if viewer == 0:
                 self.replans.append(Replanned(len(self.held) - 1, situation, decision))
             seat.begin(plans, decision, self.half_steps)
             seat.replanned = len(self.held) - 1
         self.count += 1
+
+    def _decision(self, seat: Follower, situation: Situation) -> Decision:
+        """Return what a policy decides; one that fails is named, since it may be anybody's."""
+        who = f"policy {seat.policy.name!r} of {seat.agent}, {situation.time:.1f} s into the trial"
+        try:
+            decision: object = seat.policy.decide(situation, seat.agent, seat.memory)
+        except PPInferError as error:
+            raise SimulationError(f"{who}: {error}") from error
+        except Exception as error:
+            raise SimulationError(f"{who}: raised {type(error).__name__}: {error}") from error
+        if not isinstance(decision, Decision):
+            raise SimulationError(f"{who}: returned a {type(decision).__name__}; expected a Decision")
+        plans = situation.plans[situation.player(seat.agent)]
+        if not 0 <= decision.plan < len(plans):
+            raise SimulationError(f"{who}: decided on plan {decision.plan}; there are {len(plans)}")
+        return decision
 
     def _plans(
         self,

@@ -127,6 +127,7 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.studies.task_performance import task_performance
     from ppsim.arms.execution import Execution
     from ppsim.arms.study import ArmsStudy
+    from ppsim.errors import SimulationError
     from ppsim.study import record_study, recording_path
 
     study = ArmsStudy(
@@ -139,6 +140,11 @@ def run(args: argparse.Namespace) -> int:
         execution=Execution(collision_stride=args.collision_stride, planner=args.planner),
     )
     path = recording_path(args.output)
+    if args.resume and args.output.exists() and not path.exists():
+        raise SimulationError(
+            f"{args.output}: is there, with no interrupted recording beside it: nothing to resume; leave out "
+            "--resume to play it anew"
+        )
     try:
         with progress_bar("playing trials") as progress:
             recorded = record_study(

@@ -109,7 +109,7 @@ def test_a_cluster_that_is_lost_is_told_with_what_to_do(tmp_path, monkeypatch):
 
 def test_a_trial_that_fails_at_once_leaves_nothing_in_the_way(tmp_path):
     broken = ArmsStudy(scenes=1, robots=(f"{__name__}:Breaks",), humans=("norm",))
-    with pytest.raises(RuntimeError, match="breaks"):
+    with pytest.raises(SimulationError, match="breaks"):
         record_study(broken, 1, tmp_path / "log.nc", resume=False)
     assert list(tmp_path.iterdir()) == []
 
@@ -155,10 +155,12 @@ def test_workers_end_with_the_study_that_was_killed(tmp_path):
         workers = [int(played.stdout.readline()) for _ in range(2)]
         played.kill()
         # a worker holds the pipe open for as long as it lives
-        played.communicate(timeout=20)
+        played.communicate(timeout=120)
     finally:
         with suppress(ProcessLookupError):
             os.killpg(played.pid, signal.SIGKILL)
+        played.wait()
+        played.stdout.close()
     assert len(set(workers)) == 2
 
 
@@ -191,6 +193,8 @@ def test_a_killed_study_goes_on_with_resume_to_the_same_bytes(tmp_path, log):
     arguments = ["study", "--scenes", "2", "--robots", "norm", "bayes", "--humans", "selfish", "--seed", "11"]
     assert main([*arguments, "-o", str(target)]) == 1
     assert main([*arguments, "-o", str(target), "--resume"]) == 0
+    # nothing is left to resume
+    assert main([*arguments, "-o", str(target), "--resume"]) == 1
     assert_same_log(read_log(target), read_log(whole))
     with open_log(target) as one, open_log(whole) as other:
         assert one.attrs["content_sha256"] == other.attrs["content_sha256"]

@@ -206,8 +206,26 @@ def test_a_plan_that_is_not_there_is_refused():
         def decide(self, situation, ego, memory=None):
             return replace(super().decide(situation, ego, memory), plan=99)
 
-    with pytest.raises(SimulationError, match="decided on plan 99 of robot's 4 plans"):
+    with pytest.raises(SimulationError, match=r"'custom' of robot.*decided on plan 99; there are 4"):
         played(Beyond(), Shortest())
+
+
+@pytest.mark.parametrize(
+    ("made", "told"),
+    [
+        (lambda: 3, "policy 'odd' of human, 0.0 s into the trial: returned a int; expected a Decision"),
+        (lambda: {}["plan"], "policy 'odd' of human, 0.0 s into the trial: raised KeyError: 'plan'"),
+    ],
+)
+def test_a_policy_that_fails_is_named(made, told):
+    class Odd(Policy):
+        name = "odd"
+
+        def decide(self, situation, ego, memory=None):
+            return made()
+
+    with pytest.raises(SimulationError, match=told):
+        played(Shortest(), Odd())
 
 
 @pytest.mark.parametrize(

@@ -73,7 +73,12 @@ def literally(trial, upto):
     total = math.fsum(p_history.values())
     favours = {
         profile: [
-            all(first.game.costs[(i, *profile)] < first.game.costs[(j, *profile)] for j in thetas if j != i)
+            # costs are sums of durations: less by rounding is not less
+            all(
+                first.game.costs[(i, *profile)] < first.game.costs[(j, *profile)] - 1e-9
+                for j in thetas
+                if j != i
+            )
             for i in thetas
         ]
         for profile in profiles

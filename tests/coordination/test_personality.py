@@ -42,7 +42,7 @@ def by_hand(trial, model):
             fits = []
             for cell in cells:
                 cost = [float(before.game.costs[(i, *cell)]) for i in (0, 1)]
-                if cost[theta] <= cost[1 - theta]:
+                if cost[theta] <= cost[1 - theta] + 1e-9:
                     far = math.fsum(
                         float(x) ** 2
                         for step, where in states

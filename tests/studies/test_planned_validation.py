@@ -80,7 +80,7 @@ def test_replans_out_of_order_or_outside_their_trial_are_told():
         ("finish_time", (1, 0), -0.1, "wrong-value"),
         ("finish_time", (1, 0), np.inf, "wrong-value"),
         ("stops", 1, -1, "wrong-value"),
-        ("stop_episodes", 1, 1, "wrong-value"),
+        ("stop_episodes", 1, 99, "wrong-value"),
         ("plan_sets", 1, "both", "wrong-value"),
         ("live_model", 1, "personality", "wrong-value"),
         ("live_model", 1, '{"parameters": {}}', "wrong-value"),

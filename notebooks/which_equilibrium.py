@@ -44,7 +44,7 @@ from ppinfer.games import Game
 
 plt.rcParams["figure.dpi"] = 110
 plt.rcParams["axes.spines.top"] = plt.rcParams["axes.spines.right"] = False
-ROBOT, HUMAN, STOP, FAINT = "#E69F00", "#0072B2", "#B22222", "#EFEFEF"
+ROBOT, HUMAN, STOP, FAINT = "#0072B2", "#E69F00", "#B22222", "#EFEFEF"
 
 # %% [markdown]
 # ## The game
@@ -113,18 +113,18 @@ def draw_table(ax, game, marked, title):
             if not free:
                 ax.text(j + 0.5, i + 0.5, "collide", ha="center", va="center", color=STOP)
                 continue
-            ax.text(j + 0.12, i + 0.86, f"{mine:.1f} s", color="#9A6A00", ha="left", va="bottom")
-            ax.text(j + 0.88, i + 0.14, f"{yours:.1f} s", color=HUMAN, ha="right", va="top")
+            ax.text(j + 0.12, i + 0.86, f"{mine:.1f} s", color=ROBOT, ha="left", va="bottom")
+            ax.text(j + 0.88, i + 0.14, f"{yours:.1f} s", color="#9A6A00", ha="right", va="top")
             if marked[i, j]:
                 colour = ROBOT if mine < yours else HUMAN
                 ax.add_patch(
                     Rectangle((j + 0.035, i + 0.035), 0.93, 0.93, fill=False, ec=colour, linewidth=3)
                 )
     ax.set(xlim=(0, 3), ylim=(3, 0), title=title)
-    ax.set_xticks(np.arange(3) + 0.5, PLANS, color=HUMAN)
-    ax.set_yticks(np.arange(3) + 0.5, PLANS, color="#9A6A00", rotation=90, va="center")
-    ax.set_xlabel("human", color=HUMAN, weight="bold")
-    ax.set_ylabel("robot", color="#9A6A00", weight="bold")
+    ax.set_xticks(np.arange(3) + 0.5, PLANS, color="#9A6A00")
+    ax.set_yticks(np.arange(3) + 0.5, PLANS, color=ROBOT, rotation=90, va="center")
+    ax.set_xlabel("human", color="#9A6A00", weight="bold")
+    ax.set_ylabel("robot", color=ROBOT, weight="bold")
     ax.tick_params(length=0)
     ax.spines[:].set_visible(False)
 
@@ -144,15 +144,15 @@ fig, (left, middle, right) = plt.subplots(
     1, 3, figsize=(11.5, 3.9), layout="constrained", width_ratios=[1.25, 1, 1]
 )
 draw_table(left, game, equilibria.values > 0, "costs, and the equilibria")
-draw_equilibrium(middle, ROBOT_FIRST, "the robot goes first", "#9A6A00")
-draw_equilibrium(right, HUMAN_FIRST, "the human goes first", HUMAN)
+draw_equilibrium(middle, ROBOT_FIRST, "the robot goes first", ROBOT)
+draw_equilibrium(right, HUMAN_FIRST, "the human goes first", "#9A6A00")
 right.set_yticklabels([])
 middle.set_ylabel("place on the way")
 _ = middle.text(12.7, np.mean(SHARED), "room for one", ha="right", va="center", color="#767676")
 
 # %% [markdown]
-# In two profiles nobody has any regret (`regret(game)`). The one with the orange frame costs the robot
-# less, the one with the blue frame the human. Nothing in the game itself says which of them will be
+# In two profiles nobody has any regret (`regret(game)`). The one with the blue frame costs the robot
+# less, the one with the orange frame the human. Nothing in the game itself says which of them will be
 # played.
 #
 # ## A norm: who can be done first goes first
@@ -217,7 +217,7 @@ for unit, colour in zip(four, ("#222222", "#7A5195", STOP, "#009E73"), strict=Tr
     left.plot(beliefs, robot_goes(unit), color=colour, linewidth=2, label=f"{unit:g} s")
 left.legend(title="unit of cost", frameon=False, loc="lower left")
 left.set(xlabel="p(human favours itself)", ylabel="p(robot first)", xlim=(0, 1), ylim=(-0.02, 1.02))
-mesh = right.pcolormesh(units, beliefs, surface.T, cmap="PuOr_r", vmin=0, vmax=1, shading="gouraud")
+mesh = right.pcolormesh(units, beliefs, surface.T, cmap="PuOr", vmin=0, vmax=1, shading="gouraud")
 right.contour(units, beliefs, surface.T, levels=[0.5], colors="#222222", linewidths=1.5)
 right.axvline(default.cost_unit, color=STOP, linewidth=1.2, linestyle=":")
 right.text(2, 0.5, "robot goes first", color="white", weight="bold")

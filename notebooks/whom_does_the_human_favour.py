@@ -42,7 +42,7 @@ from ppsim.arms import ARMS
 from ppsim.arms.drawing import Capsules
 
 plt.rcParams["figure.dpi"] = 110
-COLOUR = {"robot": "#E69F00", "human": "#0072B2"}
+COLOUR = {"robot": "#0072B2", "human": "#E69F00"}
 STOP, INK = "#B22222", "#222222"
 # the log that ships with ppinfer: beside the package, or above this notebook
 folders = [*Path(ppinfer.__file__).parents[:2], Path.cwd(), *Path.cwd().parents]
@@ -65,7 +65,7 @@ trials.pivot_table(index="robot", columns="human", values=["stops", "total_s"]).
 #
 # Of the scenes with a selfish human, take the one in which the literal and the repaired Bayesian robot
 # differ most in safety stops. Both have the same tasks and the same candidate plans. Discs are what has
-# to be picked, squares where it goes; a red frame is a safety stop. The robot is orange, the human blue,
+# to be picked, squares where it goes; a red frame is a safety stop. The robot is blue, the human orange,
 # as is each one's share of the belief.
 
 # %%

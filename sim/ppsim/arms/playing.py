@@ -230,8 +230,8 @@ class _Trial:
         if not isinstance(decision, Decision):
             raise SimulationError(f"{who}: returned a {type(decision).__name__}; expected a Decision")
         plans = situation.plans[situation.player(seat.agent)]
-        if not 0 <= decision.plan < len(plans):
-            raise SimulationError(f"{who}: decided on plan {decision.plan}; there are {len(plans)}")
+        if not isinstance(decision.plan, int | np.integer) or not 0 <= decision.plan < len(plans):
+            raise SimulationError(f"{who}: decided on plan {decision.plan!r}; there are {len(plans)}")
         return decision
 
     def _plans(

@@ -6,7 +6,7 @@ import pytest
 from numpy.testing import assert_allclose, assert_array_equal
 
 from ppinfer.coordination import BayesRisk, CommittedNormNash, Decision, NormNash, Policy, Selfish
-from ppinfer.distributions import Distribution
+from ppinfer.distributions import Axis, Distribution
 from ppsim.arms import playing
 from ppsim.arms.execution import Execution
 from ppsim.arms.playing import play
@@ -30,6 +30,13 @@ class Shortest(Policy):
         point = np.zeros(len(own))
         point[plan] = 1.0
         return Decision(plan, Distribution.from_probabilities([own.axis], point), memory=(memory or 0) + 1)
+
+
+def decision_on(plan):
+    """Return a decision that nobody has checked: types are checked while tests run, and not for users."""
+    decision = Decision(0, Distribution.uniform(Axis("human_plan", 8)))
+    object.__setattr__(decision, "plan", plan)
+    return decision
 
 
 def scene(number=0):
@@ -214,6 +221,10 @@ def test_a_plan_that_is_not_there_is_refused():
     ("made", "told"),
     [
         (lambda: 3, "policy 'odd' of human, 0.0 s into the trial: returned a int; expected a Decision"),
+        (
+            lambda: decision_on("static"),
+            "policy 'odd' of human, 0.0 s into the trial: decided on plan 'static'; there are 8",
+        ),
         (lambda: {}["plan"], "policy 'odd' of human, 0.0 s into the trial: raised KeyError: 'plan'"),
     ],
 )

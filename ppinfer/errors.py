@@ -55,3 +55,7 @@ class GameError(PPInferError, ValueError):
 
 class GameFileError(GameError):
     """A game file that cannot be read; the message names file, line and column."""
+
+
+class SafetyError(PPInferError, ValueError):
+    """Agents, distances or probabilities from which no statement about safety follows; the message says why."""

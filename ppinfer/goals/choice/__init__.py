@@ -1,0 +1,5 @@
+"""Which goal should the robot go for, given what the human will do about it?"""
+
+from ppinfer.goals.choice.chooser import GoalChooser, GoalDecision, GoalSituation
+
+__all__ = ["GoalChooser", "GoalDecision", "GoalSituation"]

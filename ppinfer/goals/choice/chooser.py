@@ -1,0 +1,97 @@
+"""Which goal should the robot go for? What is known when it chooses, the choice, and who makes it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ppinfer.distributions import Distribution
+from ppinfer.errors import ModelError
+
+
+@dataclass(frozen=True, eq=False)
+class GoalSituation:
+    """All that a robot knows when it chooses a goal.
+
+    Parameters
+    ----------
+    goals : (goal, space) float64
+        Where the goals are (m).
+    human, robot : (n,) float64
+        States of the two agents: positions, and velocities where the dynamics have them.
+    human_position, robot_position : (space,) float64
+        The positions among them (m).
+    belief : Distribution
+        b_R(theta_prior): over ``goal``, the human's goal before it reacts.
+    mental_model : Distribution
+        b_H(theta_R): over ``robot_goal``, the robot's model of what the human takes to be the robot's goal.
+    rationality_belief : Distribution or None
+        Over ``goal`` and ``rationality`` jointly, where the human's rationality is inferred.
+    previous : int or None
+        The robot's goal until now; None where the goals are new.
+
+    Raises
+    ------
+    ModelError
+        Where shapes or the beliefs' axes do not fit the goals.
+    """
+
+    goals: Float[np.ndarray, "goal space"]
+    human: Float[np.ndarray, " n"]
+    robot: Float[np.ndarray, " n"]
+    human_position: Float[np.ndarray, " space"]
+    robot_position: Float[np.ndarray, " space"]
+    belief: Distribution
+    mental_model: Distribution
+    rationality_belief: Distribution | None = None
+    previous: int | None = None
+
+    def __post_init__(self) -> None:
+        for name, belief, axis in (
+            ("belief", self.belief, "goal"),
+            ("mental_model", self.mental_model, "robot_goal"),
+        ):
+            if belief.random != (axis,) or belief.log_values.shape != (len(self.goals),):
+                raise ModelError(
+                    f"{name} must be a distribution over {axis!r} alone, with {len(self.goals)} labels; it is over "
+                    f"{[each.name for each in belief.axes]}"
+                )
+
+    @property
+    def labels(self) -> tuple[object, ...]:
+        """Names of the goals."""
+        return tuple(self.belief.axes[0].labels)
+
+
+@dataclass(frozen=True, eq=False)
+class GoalDecision:
+    """A goal, and the distributions and scores that it was chosen by.
+
+    Parameters
+    ----------
+    goal : int
+        Index of the robot's goal.
+    score : (goal,) float64
+        What was minimised, for every goal of the robot; inf where a goal was ruled out.
+    post : Distribution
+        b_post(post_goal | robot_goal): where the human will go, given each goal of the robot. A robot that expects no
+        reaction has the same one for each.
+    """
+
+    goal: int
+    score: Float[np.ndarray, " goal"]
+    post: Distribution
+
+
+class GoalChooser(ABC):
+    """Chooses the robot's goal; subclasses are small frozen dataclasses of parameters with one method."""
+
+    name: ClassVar[str] = "custom"
+
+    @abstractmethod
+    def choose(self, situation: GoalSituation) -> GoalDecision:
+        """Return the goal for now, with the distributions behind it."""

@@ -1,4 +1,4 @@
-"""How safe is a plan? Long-term safe probability, safe control and candidate trajectories."""
+"""Long-term safe probability of plans, safe control, and candidate trajectories."""
 
 from ppinfer.safety.motion import LinearAgent, Mover
 

@@ -1,4 +1,4 @@
-"""Which goal should the robot go for, given what the human will do about it?"""
+"""Choosing the goal that the robot goes for, given what the human will do about it."""
 
 from ppinfer.goals.choice.chooser import GoalChooser, GoalDecision, GoalSituation
 

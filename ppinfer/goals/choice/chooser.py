@@ -1,4 +1,4 @@
-"""Which goal should the robot go for? What is known when it chooses, the choice, and who makes it."""
+"""Choosing the goal to go for: what the robot knows then, its choice, and who makes it."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ppinfer.distributions import Distribution
 from ppinfer.errors import ModelError
@@ -33,11 +33,15 @@ class GoalSituation:
         Over ``goal`` and ``rationality`` jointly, where the human's rationality is inferred.
     previous : int or None
         The robot's goal until now; None where the goals are new.
+    present : (goal,) bool or None
+        Goals that exist; None for all. An absent one has probability zero in both beliefs, and may lie anywhere.
+    human_history, robot_history : (step, n) float64 or None
+        States of the last steps, the present one included and last; for predictions that look back.
 
     Raises
     ------
     ModelError
-        Where shapes or the beliefs' axes do not fit the goals.
+        Where shapes or the beliefs' axes do not fit the goals, or no goal exists.
     """
 
     goals: Float[np.ndarray, "goal space"]
@@ -49,8 +53,15 @@ class GoalSituation:
     mental_model: Distribution
     rationality_belief: Distribution | None = None
     previous: int | None = None
+    present: Bool[np.ndarray, " goal"] | None = None
+    human_history: Float[np.ndarray, "_ n"] | None = None
+    robot_history: Float[np.ndarray, "_ n"] | None = None
 
     def __post_init__(self) -> None:
+        if self.present is not None and (self.present.shape != (len(self.goals),) or not self.present.any()):
+            raise ModelError(
+                f"present must tell of each of {len(self.goals)} goals, and one at least must be; got {self.present}"
+            )
         for name, belief, axis in (
             ("belief", self.belief, "goal"),
             ("mental_model", self.mental_model, "robot_goal"),
@@ -73,8 +84,8 @@ class GoalDecision:
 
     Parameters
     ----------
-    goal : int
-        Index of the robot's goal.
+    goal : int or None
+        Index of the robot's goal; None to wait: stay where it is, for now.
     score : (goal,) float64
         What was minimised, for every goal of the robot; inf where a goal was ruled out.
     post : Distribution
@@ -82,7 +93,7 @@ class GoalDecision:
         reaction has the same one for each.
     """
 
-    goal: int
+    goal: int | None
     score: Float[np.ndarray, " goal"]
     post: Distribution
 

@@ -9,6 +9,7 @@ from ppinfer.coordination.distances import Distance, Euclidean, RootMeanSquare, 
 from ppinfer.coordination.dominance_norm import RiskDominant
 from ppinfer.coordination.equilibria import coordination_equilibria
 from ppinfer.coordination.evidence import PlayEvidence
+from ppinfer.coordination.goal_choice import GoalChoiceGame
 from ppinfer.coordination.history import PlayHistory
 from ppinfer.coordination.inference import infer_personality
 from ppinfer.coordination.likelihood import TrajectoryLikelihood
@@ -61,6 +62,7 @@ __all__ = [
     "Distance",
     "Egalitarian",
     "Euclidean",
+    "GoalChoiceGame",
     "LiteralBayesNash",
     "LiteralPersonality",
     "MinNorm",

@@ -22,6 +22,7 @@ UNCHECKED = (
     "game_strategies",
     "log_strategies",
     "play_strategies",
+    "situation_strategies",
 )
 
 

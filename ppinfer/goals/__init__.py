@@ -2,6 +2,14 @@
 
 from ppinfer.goals.baselines import Heading, NearestGoal
 from ppinfer.goals.belief import GoalBelief, infer_goals
+from ppinfer.goals.conditional import (
+    GoalConditional,
+    SoftmaxConditional,
+    conditional_log_weights,
+    overall_post,
+    post_goals,
+)
+from ppinfer.goals.coupled.model import GoalCoupled
 from ppinfer.goals.dynamics import Dynamics
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.kalman import GoalKalman
@@ -10,16 +18,19 @@ from ppinfer.goals.model import GoalDesign, GoalModel, Observation
 from ppinfer.goals.motion import causal_motion
 from ppinfer.goals.noisily_rational import NoisilyRational
 from ppinfer.goals.online import OnlineGoalBelief
+from ppinfer.goals.partners import PartnerMotion
 
 #: Models that commands know by name; a new one is one small file and a line here.
 MODELS: dict[str, type[GoalModel]] = {
-    model.name: model for model in (GoalLQR, GoalKalman, NearestGoal, Heading)
+    model.name: model for model in (GoalLQR, GoalKalman, GoalCoupled, NearestGoal, Heading)
 }
 
 __all__ = [
     "MODELS",
     "Dynamics",
     "GoalBelief",
+    "GoalCoupled",
+    "GoalConditional",
     "GoalDesign",
     "GoalEvidence",
     "GoalKalman",
@@ -30,6 +41,11 @@ __all__ = [
     "NoisilyRational",
     "Observation",
     "OnlineGoalBelief",
+    "PartnerMotion",
+    "SoftmaxConditional",
     "causal_motion",
+    "conditional_log_weights",
     "infer_goals",
+    "overall_post",
+    "post_goals",
 ]

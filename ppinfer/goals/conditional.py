@@ -54,6 +54,10 @@ class GoalConditional(ABC):
     def conditional(self, situation: GoalSituation) -> Distribution:
         """Return p(post_goal | goal, robot_goal), or one that is given fewer of these."""
 
+    def post(self, situation: GoalSituation) -> Distribution:
+        """Return b_post(post_goal | robot_goal) under the situation's belief, see `post_goals`."""
+        return post_goals(self.conditional(situation), situation.belief)
+
 
 @dataclass(frozen=True)
 class SoftmaxConditional(GoalConditional):
@@ -259,8 +263,26 @@ def post_goals(conditional: Distribution, belief: Distribution) -> Distribution:
         post = joint.marginal("post_goal")
     if "robot_goal" in post.names:
         return post.align("robot_goal", "post_goal")
-    everywhere = np.tile(post.align("post_goal").log_values, (len(robot_goal), 1))
-    return Distribution._sound((robot_goal, post.axis("post_goal")), everywhere, ("given", "random"))
+    return unmoved_post(post.rename(post_goal="goal"))
+
+
+def unmoved_post(belief: Distribution) -> Distribution:
+    """Return b_post of a human who does not mind the robot: the belief itself, for each goal of the robot.
+
+    Parameters
+    ----------
+    belief : Distribution
+        b_prior, over ``goal``.
+
+    Examples
+    --------
+    >>> unmoved_post(Distribution.from_probabilities([Axis("goal", ["cup", "bowl"])], [0.9, 0.1])).values
+    array([[0.9, 0.1],
+           [0.9, 0.1]])
+    """
+    _, robot_goal, post_goal = goal_axes(belief.axes[0])
+    everywhere = np.tile(belief.log_values, (len(robot_goal), 1))
+    return Distribution._sound((robot_goal, post_goal), everywhere, ("given", "random"))
 
 
 def overall_post(post: Distribution, mental_model: Distribution) -> Distribution:

@@ -42,11 +42,14 @@ from ppinfer.testing.laws import (
 from ppinfer.testing.laws_over_time import check_online_equals_offline, check_smoother
 
 if TYPE_CHECKING:
+    from ppinfer.testing.choice import check_goal_chooser, check_goal_conditional
     from ppinfer.testing.evidence_strategies import goal_evidences
     from ppinfer.testing.example_plays import example_planned_log
     from ppinfer.testing.game_strategies import costs, games
+    from ppinfer.testing.goal_scenes import example_goal_situation
     from ppinfer.testing.log_strategies import logs
     from ppinfer.testing.play_strategies import histories, play_trials, situations
+    from ppinfer.testing.situation_strategies import goal_situations
     from ppinfer.testing.strategies import (
         axes,
         axis_sets,
@@ -57,7 +60,7 @@ if TYPE_CHECKING:
         transitions,
     )
 
-# what needs Hypothesis or whole study logs, and the module that it is in
+# what needs Hypothesis, whole study logs or choosers of goals, and the module that it is in
 _LATER = dict.fromkeys(
     ("axes", "axis_sets", "distributions", "factors", "log_weights", "relabellings", "transitions"),
     "ppinfer.testing.strategies",
@@ -65,7 +68,11 @@ _LATER = dict.fromkeys(
     "goal_evidences": "ppinfer.testing.evidence_strategies",
     "costs": "ppinfer.testing.game_strategies",
     "example_planned_log": "ppinfer.testing.example_plays",
+    "check_goal_chooser": "ppinfer.testing.choice",
+    "check_goal_conditional": "ppinfer.testing.choice",
+    "example_goal_situation": "ppinfer.testing.goal_scenes",
     "games": "ppinfer.testing.game_strategies",
+    "goal_situations": "ppinfer.testing.situation_strategies",
     "histories": "ppinfer.testing.play_strategies",
     "logs": "ppinfer.testing.log_strategies",
     "play_trials": "ppinfer.testing.play_strategies",
@@ -86,6 +93,8 @@ __all__ = [
     "check_chain_rule",
     "check_game_batch_equals_loop",
     "check_game_relabelling",
+    "check_goal_chooser",
+    "check_goal_conditional",
     "check_ignorance",
     "check_likelihood",
     "check_norm",
@@ -102,6 +111,7 @@ __all__ = [
     "check_smoother",
     "costs",
     "distributions",
+    "example_goal_situation",
     "example_log",
     "example_planned_log",
     "example_plans",
@@ -110,6 +120,7 @@ __all__ = [
     "factors",
     "games",
     "goal_evidences",
+    "goal_situations",
     "histories",
     "log_weights",
     "logs",

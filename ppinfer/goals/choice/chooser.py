@@ -80,7 +80,7 @@ class GoalSituation:
 
 @dataclass(frozen=True, eq=False)
 class GoalDecision:
-    """A goal, and the distributions and scores that it was chosen by.
+    """A goal, or none for now, with the scores and distributions that it was chosen by.
 
     Parameters
     ----------
@@ -96,6 +96,20 @@ class GoalDecision:
     goal: int | None
     score: Float[np.ndarray, " goal"]
     post: Distribution
+
+    @classmethod
+    def minimising(cls, score: Float[np.ndarray, " goal"], post: Distribution) -> GoalDecision:
+        """Return the decision for the least score, the first of equal ones; where every score is inf, to wait.
+
+        Examples
+        --------
+        >>> from ppinfer import Axis
+        >>> post = Distribution.uniform(Axis("robot_goal", 2), Axis("post_goal", 2), given=["robot_goal"])
+        >>> GoalDecision.minimising(np.array([np.inf, 3.0]), post).goal
+        1
+        """
+        best = int(score.argmin())
+        return cls(None if score[best] == np.inf else best, score, post)
 
 
 class GoalChooser(ABC):

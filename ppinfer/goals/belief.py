@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ppinfer.distributions import Distribution, forward_filter, smooth
-from ppinfer.errors import ModelError
+from ppinfer.errors import ImpossibleEvidenceError, ModelError
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.model import GoalModel
 from ppinfer.goals.priors import log_priors
@@ -76,7 +76,8 @@ def infer_goals(
         Rows restart exactly, except those that `evidence.continues` marks: they begin with the last belief of the row
         before them, carried over goal by goal.
     mode : {"filter", "smooth"}
-        Given the samples so far (what a robot knows at that instant), or given the whole row.
+        Given the samples so far (what a robot knows at that instant), or given the whole row. What a model makes of
+        each instant by itself (`Assessment`) multiplies the filtered or the smoothed belief alike.
     prior : (goal,) or (row, goal) array of float, optional
         Probabilities at the start of each row; default: even over the goals present.
 
@@ -85,7 +86,8 @@ def infer_goals(
     ImpossibleEvidenceError
         Where every goal is ruled out; the message names trial and sample.
     ModelError
-        Where the mode is unknown or a prior is not a distribution over the goals present.
+        Where the mode is unknown, a prior is not a distribution over the goals present, or the model needs other
+        agents and the evidence has none.
 
     Examples
     --------
@@ -112,6 +114,8 @@ def infer_goals(
         log_posterior = model.cumulative_log_posterior(evidence, log_prior)
         source = model.describe_source(evidence)
     else:
+        if model.needs_partner and not evidence.partners:
+            raise ModelError(lacks_partner(model, evidence.agent))
         assessment = model.assess(evidence)
         source, outliers = assessment.state_source, assessment.outliers
         rows = _Rows.of(evidence)
@@ -122,6 +126,7 @@ def infer_goals(
                 evidence.goal_present[rows.origin],
                 model.stay,
                 memoryless=model.memoryless,
+                redraws=model.redraws,
                 appeared=rows.appeared,
             )
         run = forward_filter if mode == "filter" else smooth
@@ -134,9 +139,30 @@ def infer_goals(
             rows.continues,
             describe=evidence.describe_sample,
         )
+        if assessment.instant is not None:
+            log_posterior += assessment.instant.log_values
+            _normalise(log_posterior, evidence)
     axes = (evidence.sample_axis, evidence.goal_axis)
     belief = Distribution._sound(axes, log_posterior, ("batch", "random"))
     return GoalBelief(belief, source, outliers)
+
+
+def lacks_partner(model: GoalModel, agent: str) -> str:
+    """Return what to tell somebody whose evidence is about one agent alone."""
+    return (
+        f"model {model.name!r} looks at what other agents do, and the evidence is of {agent!r} alone: give it a partner, "
+        "or leave out what needs one (goal-coupled: --set experts=motion,distance)"
+    )
+
+
+def _normalise(log_weights: Float[np.ndarray, "sample goal"], evidence: GoalEvidence) -> None:
+    """Normalise the log weights of every sample, in place."""
+    largest = log_weights.max(axis=1, keepdims=True)
+    if not (largest > -np.inf).all():
+        where = evidence.describe_sample(int(np.argmin(largest[:, 0] > -np.inf)))
+        raise ImpossibleEvidenceError(f"{where}: every goal is ruled out")
+    log_weights -= largest
+    log_weights -= np.log(np.exp(log_weights).sum(axis=1, keepdims=True))
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 import os
 import secrets
 import tomllib
@@ -13,6 +12,7 @@ from typing import Any, cast
 
 from ppinfer.errors import ModelError
 from ppinfer.goals.model import GoalModel
+from ppinfer.goals.naming import choices
 
 MODEL_FORMAT_VERSION = 1
 _KINDS = {"str": "text", "int": "a whole number", "float": "a number"}
@@ -34,7 +34,7 @@ def parameter_names(kind: type[GoalModel]) -> list[str]:
     >>> parameter_names(NearestGoal)
     ['scale']
     """
-    return [field.name for field in dataclasses.fields(kind) if field.type in ("str", "int", "float")]  # type: ignore[arg-type]
+    return list(kind.parameter_types({}))
 
 
 def parameters_of(model: GoalModel) -> dict[str, str | int | float]:
@@ -46,7 +46,7 @@ def parameters_of(model: GoalModel) -> dict[str, str | int | float]:
     >>> parameters_of(NearestGoal(scale=2.0))
     {'scale': 2.0}
     """
-    return {name: getattr(model, name) for name in parameter_names(type(model))}
+    return model.parameters
 
 
 def other_parameters_of(model: GoalModel) -> dict[str, str]:
@@ -58,7 +58,7 @@ def other_parameters_of(model: GoalModel) -> dict[str, str]:
     >>> other_parameters_of(NearestGoal())
     {}
     """
-    plain = parameter_names(type(model))
+    plain = model.parameters
     # a model of one's own need not be a dataclass
     fields = dataclasses.fields(cast(Any, model)) if hasattr(model, "__dataclass_fields__") else ()
     values = {field.name: getattr(model, field.name) for field in fields if field.name not in plain}
@@ -81,15 +81,15 @@ def make_model(name: str, parameters: Mapping[str, Any]) -> GoalModel:
     """
     models = named_models()
     if name not in models:
-        raise ModelError(f"unknown model {name!r}: expected {_choices(name, list(models))}, or a MODEL.toml")
+        raise ModelError(f"unknown model {name!r}: expected {choices(name, list(models))}, or a MODEL.toml")
     kind = models[name]
-    known = parameter_names(kind)
+    known = kind.parameter_types(parameters)
     values: dict[str, Any] = {}
     for key, value in parameters.items():
         if key not in known:
-            raise ModelError(f"model {name!r} has no parameter {key!r}: expected {_choices(key, known)}")
-        values[key] = _converted(name, key, value, kind)
-    return kind(**values)
+            raise ModelError(f"model {name!r} has no parameter {key!r}: expected {choices(key, list(known))}")
+        values[key] = _converted(name, key, value, known[key])
+    return kind.from_parameters(values)
 
 
 def read_model(path: str | os.PathLike[str]) -> GoalModel:
@@ -157,19 +157,13 @@ def check_target(path: str | os.PathLike[str]) -> Path:
     return where
 
 
-def _converted(model: str, key: str, value: Any, kind: type[GoalModel]) -> str | int | float:
+def _converted(model: str, key: str, value: Any, wanted: type) -> str | int | float:
     from pydantic import TypeAdapter, ValidationError
 
-    wanted = {field.name: field.type for field in dataclasses.fields(kind)}[key]  # type: ignore[arg-type]
-    types: dict[Any, type] = {"str": str, "int": int, "float": float}
     try:
-        converted: str | int | float = TypeAdapter(types[wanted]).validate_python(value)
+        converted: str | int | float = TypeAdapter(wanted).validate_python(value)
     except ValidationError as error:
-        raise ModelError(f"model {model!r}: {key} must be {_KINDS[str(wanted)]}; got {value!r}") from error
+        raise ModelError(
+            f"model {model!r}: {key} must be {_KINDS[wanted.__name__]}; got {value!r}"
+        ) from error
     return converted
-
-
-def _choices(given: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(given, known, n=1)
-    listed = f"one of {', '.join(known)}" if known else "none"
-    return f"{listed}; did you mean {close[0]!r}?" if close else listed

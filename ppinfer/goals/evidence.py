@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ppinfer.distributions import Axis, Factor, expand, row_starts
 from ppinfer.errors import ImpossibleEvidenceError, LogError
+from ppinfer.goals.partners import PartnerMotion
+
+if TYPE_CHECKING:
+    from ppinfer.goals.coupled.geometry import Geometry
 
 # squares of positions must stay numbers
 FARTHEST = 1e100
@@ -58,6 +63,10 @@ class GoalEvidence:
         From a row's number to how errors name it (its trial); default ``row 0``, ``row 1``, ...
     time_step : float, optional
         Nominal seconds between samples, where it is known; default: the median.
+    partners : tuple of PartnerMotion
+        What was seen of the other agents at the same samples; models of one agent by itself do not look at it.
+    agent : str
+        What the agent is called, beside its partners.
 
     Raises
     ------
@@ -87,6 +96,8 @@ class GoalEvidence:
     continues: Bool[np.ndarray, " _"] | None = None
     name_row: Callable[[int], str] | None = None
     time_step: float | None = None
+    partners: tuple[PartnerMotion, ...] = ()
+    agent: str = "agent"
 
     def __post_init__(self) -> None:
         # kernels are compiled for contiguous arrays of these types, and for no others
@@ -120,6 +131,12 @@ class GoalEvidence:
                 f"row_size must hold positive sizes that sum to the {samples} samples; got {rows} rows summing to "
                 f"{int(self.row_size.sum())}"
             )
+        for partner in self.partners:
+            if partner.position.shape != self.position.shape:
+                raise LogError(
+                    f"partner {partner.name!r} has positions of shape {partner.position.shape}; expected "
+                    f"{self.position.shape}, those of {self.agent!r}"
+                )
         self._check_values()
 
     def _check_values(self) -> None:
@@ -198,6 +215,13 @@ class GoalEvidence:
         """`present`, spelled out."""
         return np.ones(self.goals.shape[:2], dtype=bool) if self.present is None else self.present
 
+    @cached_property
+    def geometry(self) -> Geometry:
+        """How the agent and its partners stand to the goals at every sample, computed once."""
+        from ppinfer.goals.coupled.geometry import Geometry
+
+        return Geometry.of(self)
+
     @property
     def sample_axis(self) -> Axis:
         """The batch axis of every answer about this evidence."""
@@ -219,7 +243,56 @@ class GoalEvidence:
 
     def take_rows(self, rows: Int[np.ndarray, " taken"]) -> GoalEvidence:
         """Return the evidence of some rows, in the order given; none of them continues another."""
-        sizes = self.row_size[rows]
+        return self._take(rows, self.row_size[rows])
+
+    def take_beginnings(self, row_size: Int[np.ndarray, " row"]) -> GoalEvidence:
+        """Return the first samples of every row, as many as `row_size` says: what was known earlier on."""
+        return self._take(np.arange(self.rows), np.asarray(row_size, dtype=np.int64))
+
+    def of_partner(self, name: str | None = None) -> GoalEvidence:
+        """Return the evidence about a partner: its motion, with the same rows and goals; this agent is its partner.
+
+        Parameters
+        ----------
+        name : str, optional
+            Which partner; default: the only one.
+
+        Raises
+        ------
+        LogError
+            Where there is no such partner, or none.
+
+        Examples
+        --------
+        >>> evidence = GoalEvidence(
+        ...     time=np.zeros(1), position=np.zeros((1, 2)), goals=np.ones((1, 1, 2)), row_size=np.array([1]),
+        ...     goal_labels=("cup",), partners=(PartnerMotion("robot", np.ones((1, 2))),), agent="human",
+        ... )
+        >>> robot = evidence.of_partner("robot")
+        >>> robot.position, robot.partners[0].name
+        (array([[1., 1.]]), 'human')
+        """
+        names = [partner.name for partner in self.partners]
+        if name not in names and (name is not None or len(names) != 1):
+            raise LogError(
+                f"there is no partner {name!r} beside {self.agent!r}; there are {names or 'none'}: say which"
+            )
+        chosen = self.partners[0 if name is None else names.index(name)]
+        me = PartnerMotion(
+            self.agent, self.position, self.observed, self.velocity, self.control, self.control_order
+        )
+        return replace(
+            self,
+            position=np.where(chosen.seen[:, None], chosen.position, np.nan),
+            observed=chosen.observed,
+            velocity=chosen.velocity,
+            control=chosen.control,
+            control_order=chosen.control_order,
+            partners=(me, *(partner for partner in self.partners if partner is not chosen)),
+            agent=chosen.name,
+        )
+
+    def _take(self, rows: Int[np.ndarray, " taken"], sizes: Int[np.ndarray, " taken"]) -> GoalEvidence:
         index = expand(self.row_start[rows], sizes)
         return replace(
             self,
@@ -233,6 +306,7 @@ class GoalEvidence:
             control=None if self.control is None else self.control[index],
             continues=None,
             name_row=lambda row: self.row_name(int(rows[row])),
+            partners=tuple(partner.take_samples(index) for partner in self.partners),
         )
 
     def likelihood_factor(self, log_values: Float[np.ndarray, "sample goal"]) -> Factor:

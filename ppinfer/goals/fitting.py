@@ -13,7 +13,6 @@ from jaxtyping import Float, Int
 
 from ppinfer.errors import ModelError
 from ppinfer.goals.belief import infer_goals
-from ppinfer.goals.configuration import parameter_names
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.lqr import GoalLQR
 from ppinfer.goals.model import GoalModel
@@ -42,7 +41,7 @@ class _Scale:
 
     def start(self, value: float) -> float:
         """Return where a search begins that is asked to begin at `value`: a little inside the bounds."""
-        return self.to(min(max(value, 10 * self.least), self._below))
+        return self.to(min(max(value, self.least / 10 if self.least < 0 else 10 * self.least), self._below))
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -53,14 +52,22 @@ class _Scale:
         return 1 - 10 * (1 - self.most) if self.most < 1 else self.most / 10
 
 
-_SCALES = {
+def _same(value: float) -> float:
+    return value
+
+
+#: How a parameter may be searched, by what models call it: a positive number, a share, or any number of order one.
+SCALES = {
     "log": _Scale(1e-12, 1e12, math.log, math.exp),
     "logit": _Scale(1e-7, 1 - 1e-7, _logit, _expit),
+    "linear": _Scale(-1e3, 1e3, _same, _same),
 }
-# where the search begins, and how far its first steps reach on each parameter's scale
-_STARTS = {"stay": 0.95, "evidence_floor": 0.02}
+# how far the first steps of a search reach on each parameter's scale
 _CONTROL_WEIGHTS = np.geomspace(0.1, 1000.0, 9)
 _FIRST_STEP = 0.7
+# steps of the differences, and the relative gain at which an ascent ends
+_DIFFERENCE = 1e-6
+_FLAT = 1e-8
 # the plain model without a floor is taken where it predicts as well as this
 _AS_GOOD = 1e-6
 # on the scales of the search; e^3 on the logarithmic one
@@ -144,8 +151,9 @@ def fit_goals(
     Parameters
     ----------
     model : GoalModel
-        Its parameters in `fixed` stay; the others that the class lists in ``fitted`` are fitted (and tempering with
-        goal-lqr); those that it does not list, such as ``dynamics``, are never changed.
+        Its parameters in `fixed` stay; the others in its ``parameter_scales`` are fitted (and tempering with goal-lqr);
+        those that are not there, such as ``dynamics``, are never changed. Its class says how they are searched for
+        (``search``) and from where (``starts``, or else from what they are).
     data : LabelledEvidence
         What to fit to.
     objective : {"predictive", "likelihood"}
@@ -172,7 +180,7 @@ def fit_goals(
     """
     if objective not in ("predictive", "likelihood"):
         raise ModelError(f"unknown objective {objective!r}: expected 'predictive' or 'likelihood'")
-    unknown = sorted(set(fixed) - set(parameter_names(type(model))))
+    unknown = sorted(set(fixed) - set(model.parameters))
     if unknown:
         raise ModelError(f"model {model.name!r} has no parameter {unknown[0]!r} to hold fixed")
     if objective == "likelihood":
@@ -194,7 +202,7 @@ def fit_goals(
 
 
 def _free_parameters(model: GoalModel, fixed: Collection[str]) -> list[str]:
-    free = list(model.fitted)
+    free = list(model.parameter_scales)
     if isinstance(model, GoalLQR):
         # the matrices of an agent of one's own are not touched; how its evidence is weighed is open all the same
         free = ["stay", "evidence_floor"] if model.agent is not None else free
@@ -210,20 +218,21 @@ def predictive_score(model: GoalModel, data: LabelledEvidence) -> float:
 
 
 def _fit_predictive(model: GoalModel, data: LabelledEvidence, free: list[str]) -> Fit:
-    starts = {name: value for name, value in _STARTS.items() if name in free}
-    base = _coarse_start(dataclasses.replace(model, **starts), data, free)  # type: ignore[type-var]
+    starts = {name: value for name, value in model.starts.items() if name in free}
+    base = _coarse_start(model.with_parameters(**starts), data, free)
     # the posterior knows the product of rationality and tempering only: tempering is taken apart afterwards
     merged = isinstance(base, GoalLQR) and {"rationality", "tempering"} <= set(free)
     if merged:
         free = [name for name in free if name != "tempering"]
-    scales = [_SCALES[{**model.fitted, "tempering": "log"}[name]] for name in free]
+    kinds = [_scale_name(model, name) for name in free]
+    scales = [SCALES[kind] for kind in kinds]
 
     def at(point: Float[np.ndarray, " free"]) -> GoalModel:
         values = {name: scale.back(float(x)) for name, scale, x in zip(free, scales, point, strict=True)}
-        changed: GoalModel = dataclasses.replace(base, **values)  # type: ignore[type-var]
-        return changed
+        return base.with_parameters(**values)
 
-    start = np.array([scale.start(getattr(base, name)) for name, scale in zip(free, scales, strict=True)])
+    begin = base.parameters
+    start = np.array([scale.start(float(begin[name])) for name, scale in zip(free, scales, strict=True)])
     bounds = [scale.bounds for scale in scales]
     seen = int((data.weight > 0).sum())
 
@@ -233,16 +242,18 @@ def _fit_predictive(model: GoalModel, data: LabelledEvidence, free: list[str]) -
         caution = math.log1p(-model.stay) / seen if "stay" in free else 0.0
         return predictive_score(model, data) + caution
 
-    point, _, evaluations, converged = _climb(objective, start, bounds)
+    search = _ascend if model.search == "gradient" else _climb
+    point, _, evaluations, converged = search(objective, start, bounds)
     fitted = at(point)
     value = predictive_score(fitted, data)
     at_bound = tuple(
         name
-        for name, x, (low, high) in zip(free, point, bounds, strict=True)
-        if name not in _STARTS and min(x - low, high - x) < _NEAR_BOUND
+        for name, kind, x, (low, high) in zip(free, kinds, point, bounds, strict=True)
+        # a share may well be all or nothing
+        if kind != "logit" and min(x - low, high - x) < _NEAR_BOUND
     )
     if "evidence_floor" in free:
-        plain: GoalModel = dataclasses.replace(fitted, evidence_floor=0.0)  # type: ignore[type-var]
+        plain = fitted.with_parameters(evidence_floor=0.0)
         plain_value = predictive_score(plain, data)
         if plain_value >= value - _AS_GOOD:
             fitted, value = plain, plain_value
@@ -267,13 +278,20 @@ def _coarse_start(model: GoalModel, data: LabelledEvidence, free: list[str]) -> 
             )
             tempers = (1.0, 0.3, 0.1) if "rationality" in free else (1.0,)
             candidates += [dataclasses.replace(agent, rationality=beta * temper) for temper in tempers]
+    elif model.search == "gradient":
+        return model
     else:
-        positive = [name for name in free if {**model.fitted, "tempering": "log"}[name] == "log"]
+        positive = [name for name in free if _scale_name(model, name) == "log"]
+        begin = model.parameters
         for factor in (0.1, 0.3, 1.0, 3.0, 10.0):
             candidates.append(
-                dataclasses.replace(model, **{name: getattr(model, name) * factor for name in positive})  # type: ignore[type-var]
+                model.with_parameters(**{name: float(begin[name]) * factor for name in positive})
             )
     return max(candidates, key=lambda candidate: predictive_score(candidate, data))
+
+
+def _scale_name(model: GoalModel, name: str) -> str:
+    return {"tempering": "log", **model.parameter_scales}[name]
 
 
 def _fit_likelihood(model: GoalLQR, data: LabelledEvidence, fixed: Collection[str]) -> Fit:
@@ -291,7 +309,7 @@ def _fit_likelihood(model: GoalLQR, data: LabelledEvidence, fixed: Collection[st
     evaluations, converged = 1, True
     if "control_weight" in free:
         best = max(np.log(_CONTROL_WEIGHTS), key=lambda start: profile(np.array([start])))
-        point, _, evaluations, converged = _climb(profile, np.array([best]), [_SCALES["log"].bounds])
+        point, _, evaluations, converged = _climb(profile, np.array([best]), [SCALES["log"].bounds])
         model = dataclasses.replace(model, control_weight=float(np.exp(point[0])))
     beta, value = _control_likelihood(model, data, fit_rationality="rationality" in free)
     return Fit(dataclasses.replace(model, rationality=beta), "likelihood", value, evaluations, converged)
@@ -344,5 +362,27 @@ def _climb(
         method="Nelder-Mead",
         bounds=bounds,
         options={"initial_simplex": simplex, "xatol": 2e-3, "fatol": 1e-6, "maxfev": 300 * len(start)},
+    )
+    return np.asarray(found.x), -float(found.fun), int(found.nfev), bool(found.success)
+
+
+def _ascend(
+    objective: Callable[[Float[np.ndarray, " free"]], float],
+    start: Float[np.ndarray, " free"],
+    bounds: list[tuple[float, float]],
+) -> tuple[Float[np.ndarray, " free"], float, int, bool]:
+    """Climb along gradients by differences: for smooth objectives of many parameters that begin near the top."""
+    from scipy.optimize import minimize
+
+    def cost(point: np.ndarray) -> float:
+        return -objective(point)
+
+    found = minimize(
+        cost,
+        start,
+        method="L-BFGS-B",
+        jac="2-point",
+        bounds=bounds,
+        options={"eps": _DIFFERENCE, "ftol": _FLAT, "gtol": 1e-6, "maxiter": 200},
     )
     return np.asarray(found.x), -float(found.fun), int(found.nfev), bool(found.success)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import dataclasses
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, cast, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -95,6 +97,8 @@ class Observation:
         None where the tracker lost the agent.
     velocity, control : (space,) float64, optional
         Where they are known; all or none of a row's observations carry them.
+    partners : tuple of Observation
+        The other agents at this instant, always in the same order; ``position=None`` where one was not seen.
     """
 
     time: float
@@ -102,6 +106,7 @@ class Observation:
     velocity: Float[np.ndarray, " space"] | None = None
     control: Float[np.ndarray, " control"] | None = None
     control_order: int | None = 2
+    partners: tuple[Observation, ...] = ()
 
 
 @runtime_checkable
@@ -115,23 +120,49 @@ class OnlineLikelihood(Protocol):
         """Return the log likelihood of this observation under every goal; -inf where a goal is absent."""
 
 
+@runtime_checkable
+class OnlineInstant(OnlineLikelihood, Protocol):
+    """A likelihood of a model that also weighs each instant by itself; see `Assessment`."""
+
+    def instant(self) -> Float[np.ndarray, " goal"]:
+        """Return the log weights of the goals as things are since the last step; 0 where nothing is known."""
+
+
 @dataclass(frozen=True, eq=False)
 class Assessment:
-    """What a model makes of the evidence: its likelihood, and what a reader should know of how it came about."""
+    """What a model makes of the evidence: its likelihood, and what a reader should know of how it came about.
+
+    Parameters
+    ----------
+    log_likelihood : Factor
+        Over (sample, goal): what the belief gathers as time passes.
+    state_source : str
+        How velocities and controls were obtained.
+    outliers : (sample,) bool, optional
+        Samples set aside.
+    instant : Factor, optional
+        Over (sample, goal): how things are at each sample (how far a goal is, where others are heading). The posterior
+        at a sample is the belief gathered so far times this factor, which the belief at later samples knows nothing of:
+        standing near a goal for ten samples says no more than standing there for one.
+    """
 
     log_likelihood: Factor
     state_source: str
     outliers: Bool[np.ndarray, " sample"] | None = field(default=None)
+    instant: Factor | None = None
 
 
 class GoalModel(ABC):
     """A likelihood over goals with its generative twin; subclasses are small frozen dataclasses of parameters.
 
     A subclass defines `log_likelihood` and `simulate`. It may define a field ``stay`` (the probability per sample that
-    the goal stays what it is; 1 by default), set ``memoryless`` (each sample is judged by itself), say how many samples
-    it needs to look at (``window``), name the parameters that `fit_goals` may fit (``fitted``, with their scale:
-    ``log`` for positive numbers, ``logit`` for shares), and replace `online` by something faster.
-    `ppinfer.testing.check_likelihood` holds a subclass to the laws.
+    the goal stays what it is; 1 by default), set ``memoryless`` (each sample is judged by itself) or ``redraws`` (a goal
+    that does not stay is drawn anew from the prior, itself included), say how many samples it needs to look at
+    (``window``) and whether it needs other agents (``needs_partner``), name the parameters that `fit_goals` may fit
+    (``fitted``, with their scale: ``log`` for positive numbers, ``logit`` for shares, ``linear`` for others) and how
+    they are searched for (``search``: ``simplex``, or ``gradient`` for many parameters in a smooth objective) and from
+    where (``starts``; the others from what they are), and replace `online` by something faster. `ppinfer.testing.check_likelihood`
+    holds a subclass to the laws.
 
     Examples
     --------
@@ -152,10 +183,57 @@ class GoalModel(ABC):
 
     name: ClassVar[str] = "custom"
     memoryless: ClassVar[bool] = False
+    redraws: ClassVar[bool] = False
     window: ClassVar[int] = 3
     gates_outliers: ClassVar[bool] = False
     fitted: ClassVar[dict[str, str]] = {}
+    search: ClassVar[str] = "simplex"
+    starts: ClassVar[dict[str, float]] = {"stay": 0.95, "evidence_floor": 0.02}
     stay: float = 1.0
+
+    @property
+    def needs_partner(self) -> bool:
+        """Whether the model looks at other agents, so that evidence about one agent alone is refused."""
+        return False
+
+    @property
+    def parameter_scales(self) -> dict[str, str]:
+        """Names and scales of the parameters that `fit_goals` may fit: ``fitted``, unless they depend on the model."""
+        return dict(self.fitted)
+
+    @classmethod
+    def parameter_types(cls, given: Mapping[str, Any]) -> dict[str, type]:
+        """Return the parameters that can be written down as text or numbers, by name.
+
+        Parameters
+        ----------
+        given : mapping
+            The parameters at hand, where which there are depends on one of them.
+        """
+        plain: dict[Any, type] = {"str": str, "int": int, "float": float}
+        fields = dataclasses.fields(cast(Any, cls)) if dataclasses.is_dataclass(cls) else ()
+        return {entry.name: plain[entry.type] for entry in fields if entry.type in plain}
+
+    @classmethod
+    def from_parameters(cls, parameters: Mapping[str, Any]) -> GoalModel:
+        """Return the model with these parameters, by the names of `parameter_types`; defaults for the others."""
+        return cls(**parameters)
+
+    @property
+    def parameters(self) -> dict[str, str | int | float]:
+        """The parameters that can be written down, with their values."""
+        return {name: getattr(self, name) for name in type(self).parameter_types({})}
+
+    def with_parameters(self, **changed: Any) -> GoalModel:
+        """Return the model with some parameters changed.
+
+        Examples
+        --------
+        >>> from ppinfer.goals import NearestGoal
+        >>> NearestGoal().with_parameters(scale=2.0)
+        NearestGoal(scale=2.0)
+        """
+        return cast(GoalModel, dataclasses.replace(cast(Any, self), **changed))
 
     @abstractmethod
     def log_likelihood(self, evidence: GoalEvidence) -> Factor:

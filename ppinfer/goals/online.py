@@ -10,9 +10,11 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ppinfer.distributions import Axis, Distribution
-from ppinfer.errors import ImpossibleEvidenceError, LogError
+from ppinfer.errors import ImpossibleEvidenceError, LogError, ModelError
+from ppinfer.goals.belief import lacks_partner
 from ppinfer.goals.evidence import GoalEvidence
-from ppinfer.goals.model import Observation
+from ppinfer.goals.model import Observation, OnlineInstant
+from ppinfer.goals.partners import PartnerMotion
 from ppinfer.goals.priors import log_priors
 from ppinfer.goals.switching import row_transitions
 
@@ -48,6 +50,7 @@ class OnlineGoalBelief:
     def __init__(self, model: GoalModel, *, dt: float, labels: Sequence[str]) -> None:
         self._model = model
         self._likelihood = model.online(dt)
+        self._weighs_instants = isinstance(self._likelihood, OnlineInstant)
         self._axes = (Axis("goal", labels),)
         self._log_belief: Float[np.ndarray, " goal"] | None = None
         self._transition: Float[np.ndarray, "goal goal"] | None = None
@@ -101,6 +104,7 @@ class OnlineGoalBelief:
                 there[None],
                 model.stay,
                 memoryless=model.memoryless,
+                redraws=model.redraws,
                 appeared=(there & ~self._present)[None],
             )
             self._log_belief = _moved(self._log_belief, np.exp(entry[0][0]))
@@ -108,7 +112,9 @@ class OnlineGoalBelief:
             self._log_belief = log_prior
         self._transition = None
         if model.memoryless or model.stay != 1.0:
-            within = row_transitions(log_prior[None], there[None], model.stay, memoryless=model.memoryless)
+            within = row_transitions(
+                log_prior[None], there[None], model.stay, memoryless=model.memoryless, redraws=model.redraws
+            )
             self._transition = np.exp(within[0][0])
         self._present = there
         self._space = goals.shape[1]
@@ -125,6 +131,7 @@ class OnlineGoalBelief:
         velocity: Float[np.ndarray, " space"] | None = None,
         control: Float[np.ndarray, " control"] | None = None,
         control_order: int | None = 2,
+        partners: Sequence[Observation] = (),
     ) -> Distribution:
         """Return the belief after one more observation; ``position=None`` is a dropout.
 
@@ -134,11 +141,15 @@ class OnlineGoalBelief:
             Seconds, later than the last observation of the row.
         position, velocity, control : (space,) float64, optional
             What was seen; `control_order` is 1 where the control is a velocity, 2 where it is an acceleration.
+        partners : sequence of Observation
+            The other agents at this instant, in the same order throughout a row; not needed by models of one agent.
 
         Raises
         ------
         LogError
             Where no row was begun, time does not increase, or a value is not finite.
+        ModelError
+            Where the model looks at other agents and none is given.
         ImpossibleEvidenceError
             Where every goal is ruled out.
         """
@@ -156,8 +167,14 @@ class OnlineGoalBelief:
             # of a few numbers, Python is the faster judge
             if value is not None and not all(map(math.isfinite, np.asarray(value).tolist())):
                 raise LogError(f"{name} at time {time!r} is not finite; pass position=None for a dropout")
+        if self._model.needs_partner and not partners:
+            raise ModelError(lacks_partner(self._model, "the agent observed"))
+        for partner in partners:
+            _check_partner(partner, self._space)
         self._last_time = time
-        log_likelihood = self._likelihood.step(Observation(time, position, velocity, control, control_order))
+        log_likelihood = self._likelihood.step(
+            Observation(time, position, velocity, control, control_order, tuple(partners))
+        )
         log_belief = self._log_belief
         if self._transition is not None and not self._fresh:
             log_belief = _moved(log_belief, self._transition)
@@ -167,7 +184,29 @@ class OnlineGoalBelief:
             raise ImpossibleEvidenceError(f"every goal is ruled out at time {time!r}")
         self._log_belief = log_belief - log_total
         self._fresh = False
+        if self._weighs_instants:
+            # what holds at this instant multiplies the belief that is told, and not the one that is kept
+            weighed = self._log_belief + self._likelihood.instant()  # type: ignore[attr-defined]
+            log_total = np.logaddexp.reduce(weighed)
+            if log_total == -np.inf:
+                raise ImpossibleEvidenceError(f"every goal is ruled out at time {time!r}")
+            return Distribution._sound(self._axes, weighed - log_total, ("random",))
         return Distribution._sound(self._axes, self._log_belief, ("random",))
+
+
+def _check_partner(partner: Observation, space: int) -> None:
+    if partner.position is None:
+        return
+    if np.shape(partner.position) != (space,):
+        raise LogError(
+            f"a partner's position at time {partner.time!r} has shape {np.shape(partner.position)}; the goals lie in "
+            f"{space} dimensions"
+        )
+    for value in (partner.position, partner.velocity, partner.control):
+        if value is not None and not all(map(math.isfinite, np.asarray(value).tolist())):
+            raise LogError(
+                f"what was seen of a partner at time {partner.time!r} is not finite; pass position=None for a dropout"
+            )
 
 
 def _moved(
@@ -212,9 +251,30 @@ class WindowedLikelihood:
             control=_stacked([seen.control for seen in window]),
             control_order=observation.control_order,
             time_step=self._dt,
+            partners=_partners(window),
         )
         latest: np.ndarray = self._model.log_likelihood(evidence).log_values[-1]
         return latest
+
+
+def _partners(window: list[Observation]) -> tuple[PartnerMotion, ...]:
+    """Return the partners' motion in the window; they may come and go with the agent's own dropouts only."""
+    motions = []
+    for index in range(len(window[-1].partners)):
+        seen = [observation.partners[index] for observation in window]
+        observed = np.array([partner.position is not None for partner in seen])
+        unknown = np.full_like(window[-1].position, np.nan, dtype=np.float64)
+        motions.append(
+            PartnerMotion(
+                f"partner {index}",
+                np.array([unknown if partner.position is None else partner.position for partner in seen]),
+                observed,
+                _stacked([partner.velocity for partner in seen]),
+                _stacked([partner.control for partner in seen]),
+                seen[-1].control_order,
+            )
+        )
+    return tuple(motions)
 
 
 def _stacked(values: list[Float[np.ndarray, " m"] | None]) -> Float[np.ndarray, "window m"] | None:

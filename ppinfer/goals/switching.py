@@ -56,20 +56,29 @@ def row_transitions(
     stay: float,
     *,
     memoryless: bool,
+    redraws: bool = False,
     appeared: Bool[np.ndarray, "row goal"] | None = None,
 ) -> tuple[Float[np.ndarray, "kind goal goal"], Int[np.ndarray, " row"]]:
     """Return the distinct log transitions that rows need, and which one each row uses.
 
-    A memoryless model draws the goal anew from the row's prior at every sample.
+    A memoryless model draws the goal anew from the row's prior at every sample. One that redraws does so with
+    probability 1 - stay: b <- stay b + (1 - stay) prior.
     """
     goals = present.shape[1]
+    if redraws and not memoryless:
+        kept, which_kept = row_transitions(log_prior, present, 1.0, memoryless=False, appeared=appeared)
+        distinct, which = np.unique(np.column_stack([log_prior, which_kept]), axis=0, return_inverse=True)
+        matrices = stay * np.exp(kept[distinct[:, -1].astype(np.int64)])
+        with np.errstate(divide="ignore"):
+            log_transition = np.log(matrices + (1.0 - stay) * np.exp(distinct[:, None, :-1]))
+        return log_transition, which.reshape(-1).astype(np.int64)
     if memoryless:
         distinct, which = np.unique(log_prior, axis=0, return_inverse=True)
         log_transition = np.repeat(distinct[:, None, :], goals, axis=1)
         return log_transition, which.reshape(-1).astype(np.int64)
     new = np.zeros_like(present) if appeared is None else appeared
     distinct, which = np.unique(np.concatenate([present, new], axis=1), axis=0, return_inverse=True)
-    matrices = [goal_transition(kind[:goals], stay, appeared=kind[goals:]) for kind in distinct]
+    stacked = np.stack([goal_transition(kind[:goals], stay, appeared=kind[goals:]) for kind in distinct])
     with np.errstate(divide="ignore"):
-        log_transition = np.log(np.stack(matrices))
+        log_transition = np.log(stacked)
     return log_transition, which.reshape(-1).astype(np.int64)

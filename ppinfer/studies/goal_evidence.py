@@ -12,6 +12,7 @@ from jaxtyping import Bool, Float, Int, Shaped
 from ppinfer.distributions.ragged import row_starts
 from ppinfer.errors import LogError
 from ppinfer.goals import GoalEvidence
+from ppinfer.goals.partners import PartnerMotion
 
 Restart = Literal["goals", "segments"]
 CONTROL_ORDER = {"velocity": 1, "acceleration": 2, "other": None}
@@ -24,6 +25,7 @@ def goal_evidence(
     restart: Restart = "goals",
     carry: bool = False,
     time_step: float | None = None,
+    partner: str | None = None,
 ) -> GoalEvidence:
     """Return the evidence about one agent's goals that a log holds.
 
@@ -40,6 +42,8 @@ def goal_evidence(
         Begin such a row with the last belief, goal by goal, in place of the prior.
     time_step : float, optional
         Nominal seconds between samples; default: the median of this log.
+    partner : str, optional
+        The other agent whose motion comes along; default: all other agents of the log.
 
     Returns
     -------
@@ -49,7 +53,7 @@ def goal_evidence(
     Raises
     ------
     LogError
-        Where the agent is unknown or the log holds no goals.
+        Where the agent or the partner is unknown or the log holds no goals.
 
     Examples
     --------
@@ -84,7 +88,6 @@ def goal_evidence(
     trial_of_row = np.searchsorted(trial_start, start, side="right") - 1
     which = start if moving else trial_of_row
     continues = ~np.isin(start, trial_start) if carry else None
-    seen = log["observed"].values[:, index] == 1 if "observed" in log else None
     names = log["trial_id"].values
     return GoalEvidence(
         time=log["time"].values.astype(np.float64, copy=False),
@@ -93,14 +96,38 @@ def goal_evidence(
         present=None if present.all() else present[which],
         row_size=np.diff(np.append(start, samples)),
         goal_labels=tuple(str(label) for label in log["goal"].values),
-        observed=None if seen is None or seen.all() else seen,
+        observed=_observed(log, index),
         velocity=_logged(log, "velocity", index),
         control=_logged(log, "control", index),
-        control_order=CONTROL_ORDER[log["control"].attrs["quantity"]] if "control" in log else None,
+        control_order=_control_order(log),
         continues=continues,
         name_row=_row_namer(names, trial_of_row, start - trial_start[trial_of_row]),
         time_step=time_step,
+        partners=tuple(_partner(log, name) for name in partner_names(log, agent, partner)),
+        agent=agent,
     )
+
+
+def partner_names(log: xr.Dataset, agent: str, partner: str | None = None) -> list[str]:
+    """Return the agents beside `agent` whose motion counts: the one asked for, or all.
+
+    Raises
+    ------
+    LogError
+        Where the partner is not in the log, or is the agent itself.
+
+    Examples
+    --------
+    >>> from ppinfer.testing import example_log
+    >>> partner_names(example_log(participants=1, trials=1), "human")
+    []
+    """
+    if partner is None:
+        return [name for name in log["agent"].values.astype(str).tolist() if name != agent]
+    agent_index(log, partner)
+    if partner == agent:
+        raise LogError(f"agent {agent!r} cannot be its own partner; name another agent of the log")
+    return [partner]
 
 
 def agent_index(log: xr.Dataset, agent: str) -> int:
@@ -135,6 +162,29 @@ def _segment_bounds(
     mine = log["segment_agent"].values.astype(str) == agent
     at: np.ndarray = trial_start[log["segment_trial"].values[mine]] + log[bound].values[mine]
     return at
+
+
+def _partner(log: xr.Dataset, name: str) -> PartnerMotion:
+    index = agent_index(log, name)
+    return PartnerMotion(
+        name,
+        np.ascontiguousarray(log["position"].values[:, index]),
+        _observed(log, index),
+        _logged(log, "velocity", index),
+        _logged(log, "control", index),
+        _control_order(log),
+    )
+
+
+def _control_order(log: xr.Dataset) -> int | None:
+    return CONTROL_ORDER[log["control"].attrs["quantity"]] if "control" in log else None
+
+
+def _observed(log: xr.Dataset, index: int) -> Bool[np.ndarray, " sample"] | None:
+    if "observed" not in log:
+        return None
+    seen = log["observed"].values[:, index] == 1
+    return None if seen.all() else seen
 
 
 def _logged(log: xr.Dataset, name: str, index: int) -> Float[np.ndarray, "sample space"] | None:

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from ppinfer.testing.choice import check_goal_chooser, check_goal_conditional
     from ppinfer.testing.evidence_strategies import goal_evidences
     from ppinfer.testing.example_plays import example_planned_log
+    from ppinfer.testing.experts import check_expert
     from ppinfer.testing.game_strategies import costs, games
     from ppinfer.testing.goal_scenes import example_goal_situation
     from ppinfer.testing.log_strategies import logs
@@ -68,6 +69,7 @@ _LATER = dict.fromkeys(
     "goal_evidences": "ppinfer.testing.evidence_strategies",
     "costs": "ppinfer.testing.game_strategies",
     "example_planned_log": "ppinfer.testing.example_plays",
+    "check_expert": "ppinfer.testing.experts",
     "check_goal_chooser": "ppinfer.testing.choice",
     "check_goal_conditional": "ppinfer.testing.choice",
     "example_goal_situation": "ppinfer.testing.goal_scenes",
@@ -91,6 +93,7 @@ __all__ = [
     "axis_sets",
     "check_batch_equals_loop",
     "check_chain_rule",
+    "check_expert",
     "check_game_batch_equals_loop",
     "check_game_relabelling",
     "check_goal_chooser",

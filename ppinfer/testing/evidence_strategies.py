@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from ppinfer.goals import GoalEvidence
+from ppinfer.goals import GoalEvidence, PartnerMotion
 
 DT = 0.1
 _COORDINATES = st.integers(-80, 80).map(lambda number: number / 8)
@@ -13,7 +13,13 @@ _COORDINATES = st.integers(-80, 80).map(lambda number: number / 8)
 
 @st.composite
 def goal_evidences(
-    draw: st.DrawFn, *, max_rows: int = 3, max_samples: int = 6, max_goals: int = 4, dropouts: bool = True
+    draw: st.DrawFn,
+    *,
+    max_rows: int = 3,
+    max_samples: int = 6,
+    max_goals: int = 4,
+    dropouts: bool = True,
+    partners: int = 0,
 ) -> GoalEvidence:
     """Draw evidence: rows in the plane, goals that may be absent, dropouts, gaps in time, logged motion or none.
 
@@ -23,6 +29,8 @@ def goal_evidences(
         At most so many rows, samples a row, and goals.
     dropouts : bool
         Whether samples may be missing.
+    partners : int
+        At most so many other agents, and at least one; 0 for none. They are missing at samples of their own.
 
     Examples
     --------
@@ -64,4 +72,19 @@ def goal_evidences(
         control=plane(samples) if logged else None,
         control_order=draw(st.sampled_from([1, 2])),
         time_step=DT,
+        partners=tuple(
+            draw(_partner_motions(f"partner {index}", samples, dropouts=dropouts))
+            for index in range(draw(st.integers(1, partners)) if partners else 0)
+        ),
     )
+
+
+@st.composite
+def _partner_motions(draw: st.DrawFn, name: str, samples: int, *, dropouts: bool) -> PartnerMotion:
+    flat = st.lists(_COORDINATES, min_size=2 * samples, max_size=2 * samples)
+    position = np.array(draw(flat), dtype=np.float64).reshape(samples, 2)
+    observed = np.ones(samples, dtype=bool)
+    if dropouts:
+        observed = np.array(draw(st.lists(st.booleans(), min_size=samples, max_size=samples)))
+    velocity = np.array(draw(flat), dtype=np.float64).reshape(samples, 2) if draw(st.booleans()) else None
+    return PartnerMotion(name, np.where(observed[:, None], position, np.nan), observed, velocity)

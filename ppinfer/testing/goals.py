@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from ppinfer.distributions import Factor
 from ppinfer.errors import PPInferError
-from ppinfer.goals import GoalDesign, GoalEvidence, GoalModel, OnlineGoalBelief, infer_goals
+from ppinfer.goals import GoalDesign, GoalEvidence, GoalModel, Observation, OnlineGoalBelief, infer_goals
 from ppinfer.testing.laws import check_normalisation
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def check_likelihood(model: GoalModel, *, examples: int = 40, twin: bool = True,
         def holds(evidence: GoalEvidence) -> None:
             law(model, evidence)  # noqa: B023 - called within this turn of the loop
 
-        quiet(given(evidence=goal_evidences())(holds))()
+        quiet(given(evidence=goal_evidences(partners=2 if model.needs_partner else 0))(holds))()
     if twin:
         check_generative_twin(model, np.random.default_rng(seed))
 
@@ -92,6 +92,13 @@ def check_factor(model: GoalModel, evidence: GoalEvidence) -> None:
     )
     present = evidence.goal_present[evidence.row_of_sample]
     values = factor.log_values
+    instant = model.assess(evidence).instant
+    if instant is not None:
+        assert instant.axes == factor.axes, (
+            "what holds at an instant must be a factor over (sample, goal) too"
+        )
+        possible = np.isfinite(instant.log_values)
+        assert (possible == present).all(), "an instant may rule out absent goals, all of them, and no others"
     assert (values[~present] == -np.inf).all(), "an absent goal must be impossible (-inf)"
     assert np.isfinite(values[present]).all(), "a goal that is present must not be impossible (-inf) or NaN"
     silent = present & ~evidence.seen[:, None]
@@ -106,22 +113,22 @@ def check_causality(model: GoalModel, evidence: GoalEvidence) -> None:
     >>> from ppinfer.goals import NearestGoal
     >>> check_causality(NearestGoal(), example_evidence())
     """
-    whole = model.log_likelihood(evidence).log_values
+    whole = model.assess(evidence)
     cut = np.maximum(1, evidence.row_size // 2)
     index = np.arange(evidence.samples) - evidence.row_start[evidence.row_of_sample]
     kept = index < cut[evidence.row_of_sample]
-    early = replace(
-        evidence,
-        time=evidence.time[kept],
-        position=evidence.position[kept],
-        row_size=cut,
-        observed=None if evidence.observed is None else evidence.observed[kept],
-        velocity=None if evidence.velocity is None else evidence.velocity[kept],
-        control=None if evidence.control is None else evidence.control[kept],
-    )
+    early = model.assess(evidence.take_beginnings(cut))
     _assert_close(
-        model.log_likelihood(early).log_values, whole[kept], "a sample's likelihood depends on later samples"
+        early.log_likelihood.log_values,
+        whole.log_likelihood.log_values[kept],
+        "a sample's likelihood depends on later samples",
     )
+    if early.instant is not None and whole.instant is not None:
+        _assert_close(
+            early.instant.log_values,
+            whole.instant.log_values[kept],
+            "what holds at an instant depends on later samples",
+        )
 
 
 def check_goal_order(model: GoalModel, evidence: GoalEvidence) -> None:
@@ -225,8 +232,29 @@ def check_online(model: GoalModel, evidence: GoalEvidence) -> None:
                 velocity=None if evidence.velocity is None else evidence.velocity[sample],
                 control=None if evidence.control is None else evidence.control[sample],
                 control_order=evidence.control_order,
+                partners=partners_at(evidence, sample),
             ).log_values
     _assert_close(online, offline, "the online belief differs from the offline one")
+
+
+def partners_at(evidence: GoalEvidence, sample: int) -> tuple[Observation, ...]:
+    """Return what was seen of the partners at a sample, as an online belief takes it.
+
+    Examples
+    --------
+    >>> partners_at(example_evidence(), 0)
+    ()
+    """
+    return tuple(
+        Observation(
+            float(evidence.time[sample]),
+            partner.position[sample] if partner.seen[sample] else None,
+            None if partner.velocity is None else partner.velocity[sample],
+            None if partner.control is None else partner.control[sample],
+            partner.control_order,
+        )
+        for partner in evidence.partners
+    )
 
 
 def check_generative_twin(

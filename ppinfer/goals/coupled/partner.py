@@ -1,0 +1,110 @@
+"""The partner expert: two agents do not pick the same goal, and where the partner is heading shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from ppinfer.goals.coupled.expert import GeometryExpert
+from ppinfer.goals.coupled.geometry import Geometry
+from ppinfer.goals.model import LARGEST, require_range
+
+
+@dataclass(frozen=True)
+class Partner(GeometryExpert):
+    """The partner's goal is inferred, and is not the person's: log weight log(1 - q_g).
+
+    q = softmax(-distance d + closing v) is the belief over the partner's goal, with d the partner's distance to a goal
+    and v the speed at which it comes nearer. log(1 - q_g) is the exact marginal of "the two never pick the same goal".
+    Summed over partners; one that has not been seen says nothing, and where there is one goal only it is shared.
+
+    Parameters
+    ----------
+    distance : float
+        Per m, or per the log's unit of position.
+    closing : float
+        Per m/s, or per that unit and second.
+
+    Raises
+    ------
+    ModelError
+        Where a parameter is not finite.
+
+    Examples
+    --------
+    >>> Partner().parameters
+    {'distance': 0.39, 'closing': 0.54}
+    """
+
+    name: ClassVar[str] = "partner"
+    needs_partner: ClassVar[bool] = True
+    fitted: ClassVar[dict[str, str]] = {"distance": "linear", "closing": "linear"}
+
+    distance: float = 0.39
+    closing: float = 0.54
+
+    def __post_init__(self) -> None:
+        require_range("partner.distance", self.distance, -LARGEST, LARGEST)
+        require_range("partner.closing", self.closing, -LARGEST, LARGEST)
+
+    def log_weights(self, geometry: Geometry) -> Float[np.ndarray, "sample goal"]:
+        """Return the sum of log(1 - q) over partners."""
+        log_q = partner_goal(geometry, distance=self.distance, closing=self.closing)
+        left = log_of_the_others(log_q)
+        left *= geometry.partner_known[..., None]
+        total: np.ndarray = left.sum(axis=0)
+        return total
+
+
+def partner_goal(
+    geometry: Geometry, *, distance: float, closing: float
+) -> Float[np.ndarray, "partner sample goal"]:
+    """Return the log belief over each partner's goal: softmax(-distance d + closing v), -inf for absent goals.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalEvidence
+    >>> from ppinfer.goals.partners import PartnerMotion
+    >>> evidence = GoalEvidence(
+    ...     time=np.zeros(1), position=np.zeros((1, 2)), goals=np.array([[[1.0, 0.0], [3.0, 0.0]]]), row_size=np.array([1]),
+    ...     goal_labels=("cup", "bowl"), partners=(PartnerMotion("robot", np.zeros((1, 2))),),
+    ... )
+    >>> np.exp(partner_goal(evidence.geometry, distance=0.5, closing=0.0)).round(3)
+    array([[[0.731, 0.269]]])
+    """
+    log_weights = closing * geometry.partner_closing - distance * geometry.partner_distance
+    if not geometry.present.all():
+        log_weights = np.where(geometry.present_at, log_weights, -np.inf)
+    log_weights -= log_weights.max(axis=-1, keepdims=True)
+    log_weights -= np.log(np.exp(log_weights).sum(axis=-1, keepdims=True))
+    normalised: np.ndarray = log_weights
+    return normalised
+
+
+def log_of_the_others(log_q: Float[np.ndarray, "*batch goal"]) -> Float[np.ndarray, "*batch goal"]:
+    """Return log(1 - q_g) as the log of the sum over the other goals, which keeps its digits where q_g is nearly 1.
+
+    Zero where there is no other goal.
+
+    Examples
+    --------
+    >>> log_of_the_others(np.array([-1e-30, -69.0]))[0]
+    np.float64(-69.0)
+    >>> log_of_the_others(np.array([0.0, -np.inf]))[0]
+    np.float64(0.0)
+    """
+    out = np.zeros_like(log_q)
+    for goal in range(log_q.shape[-1]):
+        others = np.delete(log_q, goal, axis=-1)
+        if others.shape[-1] == 0:
+            continue
+        largest = others.max(axis=-1)
+        possible = largest > -np.inf
+        shift = np.where(possible, largest, 0.0)
+        total = np.exp(others - shift[..., None]).sum(axis=-1)
+        np.log(total, out=total, where=possible)
+        out[..., goal] = np.where(possible, shift + total, 0.0)
+    return out

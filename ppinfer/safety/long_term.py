@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ppinfer.errors import SafetyError
+from ppinfer.safety.distances import Body, stack_bodies
 from ppinfer.safety.motion import LinearAgent, Mover
 from ppinfer.safety.obstacles import StaticObstacle, stack_obstacles
 from ppinfer.safety.probability import SafeProbabilities, SafeProbability
@@ -24,6 +25,8 @@ def long_term_safe_probability(
     horizon: int = 50,
     rollouts: int = 1000,
     static: Sequence[StaticObstacle] = (),
+    body: Body | None = None,
+    bodies: Sequence[Body | None] | None = None,
     rng: np.random.Generator,
 ) -> SafeProbability:
     """Estimate how likely a robot that pursues a target stays clear of everybody (LONGTERMSAFEPROB of Algorithm 2).
@@ -48,6 +51,9 @@ def long_term_safe_probability(
         n.
     static : sequence of StaticObstacle
         What stands still.
+    body, bodies : Body, sequence of Body
+        Capsules of the robot and of each of the others, where they are more than points (None); then `distance` is
+        the least gap between their surfaces, and that of a static obstacle the gap from its centre.
     rng : numpy.random.Generator
         Where chance comes from.
 
@@ -81,7 +87,7 @@ def long_term_safe_probability(
         plan = np.zeros((1, horizon + 1, len(robot.position_index)))
         deviation, _ = roll_robot(robot, state, target, horizon, rollouts, rng)
     drawn = draw_rollouts(others, horizon, rollouts, rng) if others else None
-    return _count(plan, drawn, deviation, rollouts, distance, static)[0]
+    return _count(plan, drawn, deviation, rollouts, distance, static, body, bodies)[0]
 
 
 def plan_safe_probability(
@@ -92,6 +98,8 @@ def plan_safe_probability(
     rollouts: int = 1000,
     static: Sequence[StaticObstacle] = (),
     robot: LinearAgent | None = None,
+    body: Body | None = None,
+    bodies: Sequence[Body | None] | None = None,
     rng: np.random.Generator,
 ) -> SafeProbabilities:
     """Estimate how likely each of many candidate plans stays clear of everybody.
@@ -106,7 +114,7 @@ def plan_safe_probability(
         Positions from now on, t = 0..H (m).
     others : sequence of Mover, or Rollouts
         The other agents, or futures of theirs that are drawn already.
-    distance, static, rng
+    distance, static, body, bodies, rng
         As of `long_term_safe_probability`.
     rollouts : int
         n, where they are not drawn already.
@@ -150,7 +158,7 @@ def plan_safe_probability(
             )
         origin = np.zeros(len(robot.A))
         deviation, _ = roll_robot(robot, origin, origin, horizon, rollouts, rng)
-    return _count(plans, drawn, deviation, rollouts, distance, static)
+    return _count(plans, drawn, deviation, rollouts, distance, static, body, bodies)
 
 
 def _count(
@@ -160,9 +168,11 @@ def _count(
     rollouts: int,
     distance: float | Sequence[float],
     static: Sequence[StaticObstacle],
+    body: Body | None,
+    bodies: Sequence[Body | None] | None,
 ) -> SafeProbabilities:
     # imported here: it compiles
-    from ppinfer.safety.scans import count_safe
+    from ppinfer.safety.scans import count_safe, count_safe_bodies
 
     candidates, instants, space = plans.shape
     positions = np.empty((0, instants, space, rollouts)) if drawn is None else drawn.positions
@@ -171,16 +181,32 @@ def _count(
             f"plans of {instants} instants in {space} dimensions meet rollouts of {positions.shape[1]} in "
             f"{positions.shape[2]}: draw them over the same horizon and space"
         )
+    shapes = list(bodies or [None] * len(positions))
+    if len(shapes) != len(positions):
+        raise SafetyError(f"give one body (or None) for each of {len(positions)} others; got {len(shapes)}")
     required = _distances(distance, len(positions))
     where, apart = stack_obstacles(static, space)
+    extended = body is not None or any(one is not None for one in shapes)
+    if deviation is not None or extended:
+        standing = np.broadcast_to(where[:, None, :, None], (len(where), instants, space, rollouts))
+        positions = np.concatenate([positions, standing])
+        required = np.concatenate([required, apart])
+        shapes += [None] * len(where)
+        where, apart = where[:0], apart[:0]
     if deviation is not None:
         # seen from the robot's plan, whatever the robot strays the others stray the other way
-        standing = np.broadcast_to(where[:, None, :, None], (len(where), instants, space, rollouts))
-        positions = np.concatenate([positions, standing]) - deviation
-        required = np.concatenate([required, apart])
-        where, apart = where[:0], apart[:0]
+        positions = positions - deviation
     safe = np.empty(candidates, dtype=np.int64)
-    count_safe(np.ascontiguousarray(plans), positions, required, where, apart, safe)
+    plans = np.ascontiguousarray(plans)
+    if extended:
+        own_start, own_end, own_radius, first, start, end, radius, reach = stack_bodies(
+            body, shapes, required, space
+        )
+        count_safe_bodies(
+            plans, positions, required, own_start, own_end, own_radius, first, start, end, radius, reach, safe
+        )
+    else:
+        count_safe(plans, positions, required, where, apart, safe)
     return SafeProbabilities(safe, rollouts)
 
 

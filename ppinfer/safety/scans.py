@@ -313,3 +313,92 @@ def _repel(
     for s in range(len(position)):
         push[s] += factor * (position[s] - source[s])
     return float(np.sqrt(square))
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def count_safe_bodies(
+    plans: Float[np.ndarray, "candidate instant space"],
+    others: Float[np.ndarray, "other instant space rollout"],
+    distance: Float[np.ndarray, " other"],
+    own_start: Float[np.ndarray, "own space"],
+    own_end: Float[np.ndarray, "own space"],
+    own_radius: Float[np.ndarray, " own"],
+    first: Int[np.ndarray, " bound"],
+    its_start: Float[np.ndarray, "its space"],
+    its_end: Float[np.ndarray, "its space"],
+    its_radius: Float[np.ndarray, " its"],
+    reach: Float[np.ndarray, " other"],
+    safe: Int[np.ndarray, " candidate"],
+) -> None:
+    """Write in how many rollouts the robot's capsules never come nearer than the distance to anybody's.
+
+    The capsules of other o are those from `first[o]` to `first[o + 1]`; farther apart than `reach[o]` nothing is near.
+    """
+    candidates, instants, space = plans.shape
+    many, rollouts = others.shape[0], others.shape[3]
+    offset = np.empty(space)
+    for candidate in range(candidates):
+        safe[candidate] = 0
+        for r in range(rollouts):
+            kept = True
+            for other in range(many):
+                for t in range(instants):
+                    square = 0.0
+                    for s in range(space):
+                        offset[s] = plans[candidate, t, s] - others[other, t, s, r]
+                        square += offset[s] * offset[s]
+                    if square >= reach[other] * reach[other]:
+                        continue
+                    for own in range(len(own_radius)):
+                        for its in range(first[other], first[other + 1]):
+                            gap = _segment_gap(
+                                offset, own_start[own], own_end[own], its_start[its], its_end[its]
+                            )
+                            if gap - own_radius[own] - its_radius[its] < distance[other]:
+                                kept = False
+                                break
+                        if not kept:
+                            break
+                    if not kept:
+                        break
+                if not kept:
+                    break
+            if kept:
+                safe[candidate] += 1
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _segment_gap(
+    offset: Float[np.ndarray, " space"],
+    own_start: Float[np.ndarray, " space"],
+    own_end: Float[np.ndarray, " space"],
+    its_start: Float[np.ndarray, " space"],
+    its_end: Float[np.ndarray, " space"],
+) -> float:
+    a, e, b, c, f = 0.0, 0.0, 0.0, 0.0, 0.0
+    for k in range(len(offset)):
+        along, across = own_end[k] - own_start[k], its_end[k] - its_start[k]
+        apart = offset[k] + own_start[k] - its_start[k]
+        a += along * along
+        e += across * across
+        b += along * across
+        c += along * apart
+        f += across * apart
+    s, t = 0.0, 0.0
+    if a * e - b * b > 0.0:
+        s = min(max((b * f - c * e) / (a * e - b * b), 0.0), 1.0)
+    if e > 0.0:
+        t = (b * s + f) / e
+    # beyond an end of the other segment it is that end which counts
+    if t <= 0.0:
+        t = 0.0
+        s = min(max(-c / a, 0.0), 1.0) if a > 0.0 else 0.0
+    elif t >= 1.0:
+        t = 1.0
+        s = min(max((b - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
+    square = 0.0
+    for k in range(len(offset)):
+        apart = offset[k] + own_start[k] - its_start[k]
+        apart += s * (own_end[k] - own_start[k]) - t * (its_end[k] - its_start[k])
+        square += apart * apart
+    return float(np.sqrt(square))

@@ -14,11 +14,15 @@ from ppinfer.goals.dynamics import Dynamics
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.kalman import GoalKalman
 from ppinfer.goals.lqr import GoalLQR
+from ppinfer.goals.mental_model import MentalModel, infer_mental_model, paper_agent
 from ppinfer.goals.model import GoalDesign, GoalModel, Observation
 from ppinfer.goals.motion import causal_motion
 from ppinfer.goals.noisily_rational import NoisilyRational
 from ppinfer.goals.online import OnlineGoalBelief
 from ppinfer.goals.partners import PartnerMotion
+from ppinfer.goals.prediction import BehaviourPredictor
+from ppinfer.goals.rationality import GoalAndRationality
+from ppinfer.goals.rationality_online import OnlineGoalAndRationality
 
 #: Models that commands know by name; a new one is one small file and a line here.
 MODELS: dict[str, type[GoalModel]] = {
@@ -27,25 +31,31 @@ MODELS: dict[str, type[GoalModel]] = {
 
 __all__ = [
     "MODELS",
+    "BehaviourPredictor",
     "Dynamics",
+    "GoalAndRationality",
     "GoalBelief",
-    "GoalCoupled",
     "GoalConditional",
+    "GoalCoupled",
     "GoalDesign",
     "GoalEvidence",
     "GoalKalman",
     "GoalLQR",
     "GoalModel",
     "Heading",
+    "MentalModel",
     "NearestGoal",
     "NoisilyRational",
     "Observation",
+    "OnlineGoalAndRationality",
     "OnlineGoalBelief",
     "PartnerMotion",
     "SoftmaxConditional",
     "causal_motion",
     "conditional_log_weights",
     "infer_goals",
+    "infer_mental_model",
     "overall_post",
+    "paper_agent",
     "post_goals",
 ]

@@ -120,6 +120,17 @@ class GoalLQR(GoalModel):
 
     def assess(self, evidence: GoalEvidence) -> Assessment:
         """Return the likelihood, and how states and controls were obtained."""
+        squares, agent, motion = self.squared_residuals(evidence)
+        log_likelihood = self.evidence_of(squares, motion.informative, agent)
+        return Assessment(evidence.likelihood_factor(log_likelihood), _describe(motion))
+
+    def squared_residuals(
+        self, evidence: GoalEvidence
+    ) -> tuple[Float[np.ndarray, "sample goal"], NoisilyRational, Motion]:
+        """Return e' S e, e being the control less the best one towards each goal, with the agent and its motion.
+
+        They are zero where a sample tells nothing, and the same for every rationality.
+        """
         from ppinfer.goals.scans import squared_residuals
 
         agent, motion = self._agent_and_motion(evidence)
@@ -132,16 +143,15 @@ class GoalLQR(GoalModel):
             agent.S,
             squares,
         )
-        log_likelihood = self._evidence_of(squares, motion.informative, agent)
-        return Assessment(evidence.likelihood_factor(log_likelihood), _describe(motion))
+        return squares, agent, motion
 
-    def _evidence_of(
+    def evidence_of(
         self,
         squares: Float[np.ndarray, "*sample goal"],
         informative: Bool[np.ndarray, "*sample"],
         agent: NoisilyRational,
     ) -> Float[np.ndarray, "*sample goal"]:
-        """Return the log evidence for squared residuals e' S e."""
+        """Return the log evidence for squared residuals e' S e under an agent; 0 where not informative."""
         exponent = squares * (-agent.rationality * self.tempering)
         floor = self.evidence_floor
         if floor > 0:

@@ -40,8 +40,23 @@ class OnlineLQR:
 
     def step(self, observation: Observation) -> Float[np.ndarray, " goal"]:
         """Return the log likelihood of this observation under every goal."""
-        if observation.position is None:
+        squares = self.squared_residuals(observation)
+        if squares is None:
             return self._silent
+        exponent = self._weight * squares
+        floor = self._model.evidence_floor
+        if floor > 0:
+            exponent = np.logaddexp(exponent + math.log1p(-floor), math.log(floor))
+        exponent += self._peak
+        if self._absent is not None:
+            exponent[self._absent] = -np.inf
+        likelihood: np.ndarray = exponent
+        return likelihood
+
+    def squared_residuals(self, observation: Observation) -> Float[np.ndarray, " goal"] | None:
+        """Return e' S e, e being the control less the best one, for every goal; None where nothing is told."""
+        if observation.position is None:
+            return None
         dynamics = self._agent.dynamics
         elapsed = observation.time - self._last_time
         state = self._state(observation, elapsed)
@@ -53,17 +68,10 @@ class OnlineLQR:
                 control = dynamics.control_between(acted_from, state, np.asarray(elapsed))
         self._last_time, self._last_position, self._last_state = observation.time, observation.position, state
         if acted_from is None or control is None:
-            return self._silent
+            return None
         residual = (control + self._agent.K @ acted_from - self._best) @ self._root
-        exponent = self._weight * (residual * residual).sum(axis=1)
-        floor = self._model.evidence_floor
-        if floor > 0:
-            exponent = np.logaddexp(exponent + math.log1p(-floor), math.log(floor))
-        exponent += self._peak
-        if self._absent is not None:
-            exponent[self._absent] = -np.inf
-        likelihood: np.ndarray = exponent
-        return likelihood
+        squares: np.ndarray = (residual * residual).sum(axis=1)
+        return squares
 
     def _state(self, observation: Observation, elapsed: float) -> Float[np.ndarray, " n"] | None:
         assert observation.position is not None

@@ -62,6 +62,10 @@ class GoalSituation:
             raise ModelError(
                 f"present must tell of each of {len(self.goals)} goals, and one at least must be; got {self.present}"
             )
+        if self.previous is not None and not 0 <= self.previous < len(self.goals):
+            raise ModelError(
+                f"previous must be None or the number of one of {len(self.goals)} goals; got {self.previous}"
+            )
         for name, belief, axis in (
             ("belief", self.belief, "goal"),
             ("mental_model", self.mental_model, "robot_goal"),
@@ -113,9 +117,14 @@ class GoalDecision:
 
 
 class GoalChooser(ABC):
-    """Chooses the robot's goal; subclasses are small frozen dataclasses of parameters with one method."""
+    """Chooses the robot's goal; subclasses are small frozen dataclasses of parameters with one method.
+
+    `needs_rationality` says whether situations must carry a belief over the human's rationality.
+    `ppinfer.testing.check_goal_chooser` holds a subclass to the laws.
+    """
 
     name: ClassVar[str] = "custom"
+    needs_rationality: ClassVar[bool] = False
 
     @abstractmethod
     def choose(self, situation: GoalSituation) -> GoalDecision:

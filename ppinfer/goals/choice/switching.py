@@ -44,6 +44,7 @@ class Switching(GoalChooser):
     """
 
     name: ClassVar[str] = "switching"
+    needs_rationality: ClassVar[bool] = True
 
     threshold: float = 0.5
     unsure: GoalChooser = field(default_factory=Influence)

@@ -80,7 +80,8 @@ def plan_clearance(
     """Return the probability that each of an arm's plans stays clear of the other arm over a horizon.
 
     Without noise, with no margin and the whole horizon, it is what the belief gives to the other's plans that do not
-    come into contact (`contact_tables`).
+    come into contact (`contact_tables`). An agent whose only plan is not to move (`PlanSet.holding`) has finished, and
+    has left the table.
 
     Parameters
     ----------
@@ -124,9 +125,12 @@ def plan_clearance(
         horizon = max(float(own.duration.max()), float(other.duration.max()), stride)
     if plans is not None:
         own = own.restrict(plans)
+    theirs = arm_bodies(arms[other.agent], other, stride=stride, horizon=horizon)
+    if len(other) == 1 and other.static == 0:
+        theirs = PlanBodies(theirs.ends, theirs.radius, [0])
     return clear_probability(
         arm_bodies(arms[own.agent], own, stride=stride, horizon=horizon),
-        [(arm_bodies(arms[other.agent], other, stride=stride, horizon=horizon), belief)],
+        [(theirs, belief)],
         margin=margin,
         obstacles=obstacles,
         noise=noise,

@@ -5,19 +5,30 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ppinfer.distributions import Axis, Distribution
-from ppinfer.distributions.logspace import log_sum_exp
-from ppinfer.errors import ModelError
+from ppinfer.distributions import Distribution
 from ppinfer.goals.model import LARGEST, require_range
+from ppinfer.goals.reaction import goal_axes, overall_post, post_goals, unmoved_post
 
 if TYPE_CHECKING:
     from ppinfer.goals.choice.chooser import GoalSituation
+
+__all__ = [
+    "GoalConditional",
+    "SoftmaxConditional",
+    "conditional_log_weights",
+    "goal_axes",
+    "overall_post",
+    "post_goals",
+    "unmoved_post",
+]
+
+# exponents this far apart leave all their digits to sums of products of exponentials
+_WIDEST = 500.0
 
 
 class GoalConditional(ABC):
@@ -145,9 +156,34 @@ class SoftmaxConditional(GoalConditional):
             rationality=self.rationality,
             present=situation.present,
         )
-        return Distribution._sound(
-            goal_axes(situation.belief.axes[0]), log_values, ("given", "given", "random")
-        )
+        axes = goal_axes(situation.belief.axes[0])
+        return Distribution._sound(axes, log_values, ("given", "given", "random"))
+
+    def post(self, situation: GoalSituation) -> Distribution:
+        """Return b_post(post_goal | robot_goal), without laying out the conditional where all goals are there.
+
+        The exponent is A[j, i] + R[r, i], so that both sums, over post goals i for the normaliser and over prior goals
+        j, are products of matrices of exponentials: with W = exp(A) and V = exp(R),
+
+            b_post[r, i] = V[r, i] sum_j (b_j / (W V')[j, r]) W[j, i].
+
+        Distances for which exponentials would not do go the long way, in log space.
+        """
+        if situation.present is None:
+            goals, beta = situation.goals, self.rationality
+            away = goals - situation.human_position
+            between = _between(goals)
+            to_prior = (-beta * self.stay_weight) * between
+            to_prior -= (beta * self.human_weight) * np.sqrt((away * away).sum(axis=1))
+            to_robot = (beta * self.robot_weight) * between
+            # every exponent of a human lies in between: none is above 0 in one table, or below 0 in the other
+            if float(to_robot.max() - to_prior.min()) < _WIDEST:
+                kept, free = np.exp(to_prior), np.exp(to_robot - to_robot.max())
+                weights = np.exp(situation.belief.log_values)[:, None] / (kept @ free.T)
+                log_values = np.log(free * (weights.T @ kept))
+                axes = goal_axes(situation.belief.axes[0])
+                return Distribution._sound(axes[1:], log_values, ("given", "random"))
+        return super().post(situation)
 
 
 def conditional_log_weights(
@@ -194,8 +230,7 @@ def conditional_log_weights(
         present = None
     away = goals - human_position[..., None, :]
     human_distance = np.sqrt((away * away).sum(axis=-1))
-    apart = goals[..., :, None, :] - goals[..., None, :, :]
-    between = np.sqrt((apart * apart).sum(axis=-1))
+    between = _between(goals)
     if present is not None:
         # a row of the table of distances belongs to the prior goal, or the robot's, that may be absent
         between = np.where(present[..., None], between, 0.0)
@@ -210,119 +245,8 @@ def conditional_log_weights(
     return normalised
 
 
-def post_goals(conditional: Distribution, belief: Distribution) -> Distribution:
-    """Return b_post(post_goal | robot_goal) = sum_j p(post_goal | goal j, robot_goal) b_prior(goal j) (Algorithm 1).
-
-    Parameters
-    ----------
-    conditional : Distribution
-        Random in ``post_goal``, given a subset of ``goal`` and ``robot_goal``. One that is not given ``robot_goal`` (a
-        human who does not react) answers the same for each.
-    belief : Distribution
-        b_prior, over ``goal``.
-
-    Raises
-    ------
-    ModelError
-        Where the conditional is over other axes.
-    AxisError
-        Where the labels of ``goal`` differ between the two.
-
-    Examples
-    --------
-    >>> goal, robot_goal, post_goal = goal_axes(Axis("goal", ["cup", "bowl"]))
-    >>> leaves_it = [[[0.1, 0.9], [1.0, 0.0]], [[0.0, 1.0], [0.9, 0.1]]]
-    >>> reaction = Distribution.from_probabilities(
-    ...     [goal, robot_goal, post_goal], leaves_it, given=["goal", "robot_goal"]
-    ... )
-    >>> post_goals(reaction, Distribution.uniform(goal)).values.round(2)
-    array([[0.05, 0.95],
-           [0.95, 0.05]])
-    """
-    goal, robot_goal, post_goal = goal_axes(belief.axes[0])
-    kinds = dict(zip(conditional.axes, conditional._kinds, strict=True))
-    if kinds == {goal: "given", robot_goal: "given", post_goal: "random"} and conditional.axes[0] == goal:
-        # the common layout, in every step of a control loop
-        log_values = log_sum_exp(conditional.log_values + belief.log_values[:, None, None], (0,))
-        if conditional.axes[1] != robot_goal:
-            log_values = log_values.T
-        return Distribution._sound((robot_goal, post_goal), log_values, ("given", "random"))
-    if conditional.random != ("post_goal",) or not set(conditional.conditions) <= {"goal", "robot_goal"}:
-        raise ModelError(
-            f"a goal conditional is random in post_goal and given goal, robot_goal, both or neither; got "
-            f"{conditional!r}"
-        )
-    if conditional.batch:
-        raise ModelError(
-            f"a goal conditional is of one situation, without batch axes; got {conditional.batch}"
-        )
-    post = conditional
-    if "goal" in conditional.conditions:
-        joint = belief * conditional
-        assert isinstance(joint, Distribution)
-        post = joint.marginal("post_goal")
-    if "robot_goal" in post.names:
-        return post.align("robot_goal", "post_goal")
-    return unmoved_post(post.rename(post_goal="goal"))
-
-
-def unmoved_post(belief: Distribution) -> Distribution:
-    """Return b_post of a human who does not mind the robot: the belief itself, for each goal of the robot.
-
-    Parameters
-    ----------
-    belief : Distribution
-        b_prior, over ``goal``.
-
-    Examples
-    --------
-    >>> unmoved_post(Distribution.from_probabilities([Axis("goal", ["cup", "bowl"])], [0.9, 0.1])).values
-    array([[0.9, 0.1],
-           [0.9, 0.1]])
-    """
-    _, robot_goal, post_goal = goal_axes(belief.axes[0])
-    everywhere = np.tile(belief.log_values, (len(robot_goal), 1))
-    return Distribution._sound((robot_goal, post_goal), everywhere, ("given", "random"))
-
-
-def overall_post(post: Distribution, mental_model: Distribution) -> Distribution:
-    """Return p(post_goal) = sum_R b_H(robot_goal R) b_post(post_goal | robot_goal R) (Algorithm 1).
-
-    Parameters
-    ----------
-    post : Distribution
-        b_post, random in ``post_goal`` and given ``robot_goal``.
-    mental_model : Distribution
-        Over ``robot_goal``: what the human takes to be the robot's goal, as the robot sees it.
-
-    Raises
-    ------
-    ModelError
-        Where the two are over other axes.
-
-    Examples
-    --------
-    >>> goal, robot_goal, post_goal = goal_axes(Axis("goal", ["cup", "bowl"]))
-    >>> post = Distribution.from_probabilities([robot_goal, post_goal], [[0.0, 1.0], [1.0, 0.0]], given=["robot_goal"])
-    >>> overall_post(post, Distribution.from_probabilities([robot_goal], [0.7, 0.3])).values.round(2)
-    array([0.3, 0.7])
-    """
-    joint = mental_model * post
-    if not isinstance(joint, Distribution) or set(joint.random) != {"robot_goal", "post_goal"}:
-        raise ModelError(
-            f"the overall prediction needs p(post_goal | robot_goal) and p(robot_goal); got {post!r} and "
-            f"{mental_model!r}"
-        )
-    return joint.marginal("post_goal")
-
-
-@lru_cache(maxsize=256)
-def goal_axes(axis: Axis) -> tuple[Axis, Axis, Axis]:
-    """Return the axes ``goal``, ``robot_goal`` and ``post_goal``, with the labels of one of them.
-
-    Examples
-    --------
-    >>> [axis.name for axis in goal_axes(Axis("goal", ["cup", "bowl"]))]
-    ['goal', 'robot_goal', 'post_goal']
-    """
-    return axis.rename("goal"), axis.rename("robot_goal"), axis.rename("post_goal")
+def _between(goals: Float[np.ndarray, "*batch goal space"]) -> Float[np.ndarray, "*batch goal goal"]:
+    """Return the distances between goals."""
+    apart = goals[..., :, None, :] - goals[..., None, :, :]
+    distance: np.ndarray = np.sqrt((apart * apart).sum(axis=-1))
+    return distance

@@ -157,6 +157,13 @@ def test_the_belief_after_the_reaction_is_the_sum_over_prior_goals(situation):
     assert_allclose(post_goals(turned, situation.belief).values, post.values, rtol=1e-9)
 
 
+@given(goal_situations(), st.sampled_from([0.01, 0.5, 3.0, 40.0, 1e4]))
+def test_the_short_way_to_the_belief_after_the_reaction_is_the_long_one(situation, rationality):
+    weights = SoftmaxConditional(1.3, 2.1, 0.7, rationality)
+    long_way = post_goals(weights.conditional(situation), situation.belief).log_values
+    assert_allclose(weights.post(situation).log_values, long_way, rtol=1e-9, atol=1e-9)
+
+
 @given(st.sampled_from([(), ("goal",), ("robot_goal",), ("robot_goal", "goal")]))
 def test_a_conditional_may_be_given_less(given_axes):
     axes = dict(

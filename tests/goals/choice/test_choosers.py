@@ -214,4 +214,4 @@ class Wasteful(GoalChooser):
 )
 def test_a_chooser_that_breaks_a_law_is_told_which(chooser, complaint):
     with pytest.raises(AssertionError, match=complaint):
-        check_goal_chooser(chooser)
+        check_goal_chooser(chooser, examples=20)

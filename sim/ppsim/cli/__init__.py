@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ppinfer.cli import OneLineParser, run_command
 
-COMMANDS = ("study", "watch", "record")
+COMMANDS = ("study", "reach", "watch", "record")
 
 
 def build_parser() -> OneLineParser:

@@ -1,7 +1,12 @@
 """Two point agents among goals: the game of the reaching study, its rules, agents and trials."""
 
+from ppsim.reaching.game_study import GameStudy
 from ppsim.reaching.goal_choice import ChangingMind, GoalChoice, NearestGoal, NearGoal, RandomGoal
+from ppsim.reaching.humans import make_human
+from ppsim.reaching.keeping_clear import KeepClear
+from ppsim.reaching.movement import Movement
 from ppsim.reaching.playing import Played, play, segments_of
+from ppsim.reaching.robots import make_robot
 from ppsim.reaching.rules import Rules
 from ppsim.reaching.seats import NoisilyRationalSeat
 from ppsim.reaching.study import ReachingStudy
@@ -11,7 +16,10 @@ from ppsim.reaching.world import Collided, Observation, ReachingWorld, Scored
 __all__ = [
     "ChangingMind",
     "Collided",
+    "GameStudy",
     "GoalChoice",
+    "KeepClear",
+    "Movement",
     "NearGoal",
     "NearestGoal",
     "NoisilyRationalSeat",
@@ -23,6 +31,8 @@ __all__ = [
     "Rules",
     "Scored",
     "Tracker",
+    "make_human",
+    "make_robot",
     "play",
     "segments_of",
 ]

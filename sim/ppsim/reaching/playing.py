@@ -5,14 +5,37 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ppinfer.studies import Segment
-from ppsim.reaching.seats import NoisilyRationalSeat
-from ppsim.reaching.world import Collided, ReachingWorld, Scored
+from ppsim.protocol import Action
+from ppsim.reaching.world import Collided, Observation, ReachingWorld, Scored
 from ppsim.seeds import streams
+
+
+class GoalSeat(Protocol):
+    """Whoever moves one agent towards goals, and says which."""
+
+    @property
+    def controller(self) -> str:
+        """What the log calls it."""
+        ...
+
+    @property
+    def goal(self) -> int:
+        """The goal that the latest action was for; -1 for none."""
+        ...
+
+    def reset(self, rng: np.random.Generator) -> None:
+        """Begin a trial; all chance comes from this generator."""
+        ...
+
+    def act(self, observation: Observation) -> Action:
+        """Return the action to take now."""
+        ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +53,7 @@ class Played:
     drawn : (sample,) int64
         How often the goals have been drawn anew.
     pursued : (sample, agent) int64
-        The goal that each action was for.
+        The goal that each action was for; -1 where the agent waited.
     scored, collided : (sample,) bool
         Where the team scored, and where agents collided. At a sample where the team scored the goals are new.
     score : int
@@ -49,9 +72,7 @@ class Played:
     score: int
 
 
-def play(
-    world: ReachingWorld, seats: Mapping[str, NoisilyRationalSeat], *, seed: int, samples: int
-) -> Played:
+def play(world: ReachingWorld, seats: Mapping[str, GoalSeat], *, seed: int, samples: int) -> Played:
     """Play one trial: a function of the world, the seats and the seed alone.
 
     Examples
@@ -91,8 +112,8 @@ def segments_of(played: Played, index: int, agent: str, radius: float) -> list[S
 
     A segment begins where the agent turns to a goal: at the start, where the goals are new, or where it changes its
     mind. It ends where the agent arrives within `radius` of that goal (waiting there for the other is no motion
-    towards it), or where it gives the goal up. The stretch that the end of the trial cuts off is none, since a
-    share of it is not known.
+    towards it), or where it gives the goal up, if only to wait. The stretch that the end of the trial cuts off is none,
+    since a share of it is not known.
 
     Parameters
     ----------
@@ -120,6 +141,8 @@ def segments_of(played: Played, index: int, agent: str, radius: float) -> list[S
     bounds = [0, *turns.tolist(), len(pursued)]
     found = []
     for start, end in pairwise(bounds):
+        if pursued[start] < 0:
+            continue
         goal = played.goals[start, pursued[start]]
         # the pick itself is seen at the first sample of the new goals
         last = end + 1 if end < len(pursued) else end

@@ -6,11 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from ppsim.errors import SimulationError
 
 _TRIES = 1000
+_NONE = np.zeros((0, 2))
 
 
 @dataclass(frozen=True)
@@ -94,6 +95,22 @@ class Rules:
         """Draw the goals anew: apart from one another, and clear of where the agents are."""
         return self._scatter(rng, self.goals, self.separation, agents, "goals")
 
+    def draw_picked(
+        self,
+        rng: np.random.Generator,
+        goals: Float[np.ndarray, "goal 2"],
+        picked: Int[np.ndarray, " picked"],
+        agents: Float[np.ndarray, "agent 2"],
+    ) -> Float[np.ndarray, "goal 2"]:
+        """Draw the goals that were picked anew, apart from those that stay, and clear of where the agents are.
+
+        The new ones take the slots of the old ones.
+        """
+        staying = np.delete(goals, picked, axis=0)
+        drawn = goals.copy()
+        drawn[picked] = self._scatter(rng, len(picked), self.separation, agents, "goals", staying)
+        return drawn
+
     def _scatter(
         self,
         rng: np.random.Generator,
@@ -101,12 +118,14 @@ class Rules:
         apart: float,
         avoided: Float[np.ndarray, "avoided 2"],
         what: str,
+        staying: Float[np.ndarray, "staying 2"] = _NONE,
     ) -> Float[np.ndarray, "count 2"]:
         for _ in range(_TRIES):
             places = rng.uniform(-self.extent, self.extent, (count, 2))
             between = np.linalg.norm(places[:, None] - places, axis=-1)[np.triu_indices(count, 1)]
             away = np.linalg.norm(places[:, None] - avoided, axis=-1)
-            if (between >= apart).all() and (away >= self.clearance).all():
+            beside = np.linalg.norm(places[:, None] - staying, axis=-1)
+            if (between >= apart).all() and (away >= self.clearance).all() and (beside >= apart).all():
                 return places
         raise SimulationError(
             f"no room was found for {count} {what} {apart:g} m apart in {_TRIES} tries; ask for fewer goals, less "

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -15,6 +16,10 @@ from ppsim.protocol import Action
 from ppsim.reaching.rules import Rules
 
 AGENTS = ("human", "robot")
+Redraw = Literal["all", "picked"]
+REDRAWS: tuple[str, ...] = get_args(Redraw)
+# a spawn key that keeps the draws of a trial apart from what else its seed makes
+_DRAWS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,8 +81,9 @@ class ReachingWorld:
     1. Every agent's state moves by x' = A x + B u with its action u: an acceleration (m/s^2), or a velocity (m/s)
        for single integrators, held over the time step.
     2. Two agents nearer than the collision distance collide, which is told once per approach; they pass through.
-    3. When each agent is within the pick radius of a goal and these goals are distinct, the team scores and all goals
-       are drawn anew, away from the agents. Until then an agent at its goal waits for the others.
+    3. When each agent is within the pick radius of a goal and these goals are distinct, the team scores, and goals are
+       drawn anew, away from the agents: all of them, or those that were picked. Until then an agent at its goal waits
+       for the others.
 
     Parameters
     ----------
@@ -87,11 +93,16 @@ class ReachingWorld:
         Of every agent; two space dimensions, with the time step known.
     agents : tuple of str
         Their names.
+    redraw : {"all", "picked"}
+        Which goals are drawn anew when the team scores. Where it is those that were picked, the others stay, as in the
+        study with people, and every draw has a generator of its own: the k-th draws of two trials of one seed are
+        alike as far as the agents and the goals that stay allow.
 
     Raises
     ------
     SimulationError
-        Where there are fewer goals than agents, or dynamics without a time step or of other than two dimensions.
+        Where there are fewer goals than agents, dynamics without a time step or of other than two dimensions, or
+        goals that are drawn anew in another way.
 
     Examples
     --------
@@ -102,7 +113,9 @@ class ReachingWorld:
     (array([0.1, 0. ]), ())
     """
 
-    def __init__(self, rules: Rules, dynamics: Dynamics, agents: tuple[str, ...] = AGENTS) -> None:
+    def __init__(
+        self, rules: Rules, dynamics: Dynamics, agents: tuple[str, ...] = AGENTS, *, redraw: Redraw = "all"
+    ) -> None:
         if rules.goals < len(agents):
             raise SimulationError(
                 f"{rules.goals} goals are too few for {len(agents)} agents, who pick distinct ones"
@@ -111,8 +124,11 @@ class ReachingWorld:
             raise SimulationError(
                 "the reaching world needs dynamics in two dimensions with their time step dt"
             )
+        if redraw not in REDRAWS:
+            raise SimulationError(f"redraw must be one of {', '.join(REDRAWS)}; got {redraw!r}")
         self.rules = rules
         self.dynamics = dynamics
+        self.redraw = redraw
         self._agents = agents
         self._dt = dynamics.dt
         self._rng: np.random.Generator | None = None
@@ -124,6 +140,7 @@ class ReachingWorld:
 
     def reset(self, seed: int) -> dict[str, Observation]:
         """Begin anew: agents at rest at random starts, goals drawn."""
+        self._seed = seed
         self._rng = np.random.default_rng(np.random.SeedSequence(seed))
         starts = self.rules.draw_starts(self._rng, len(self._agents))
         self._state = self.dynamics.goal_states(starts)
@@ -185,8 +202,12 @@ class ReachingWorld:
         if (at < 0).any() or len(np.unique(at)) < len(at):
             return []
         self._score += self.rules.points
-        self._goals = self.rules.draw_goals(rng, self._position)
         self._drawn += 1
+        if self.redraw == "all":
+            self._goals = self.rules.draw_goals(rng, self._position)
+        else:
+            draw = np.random.default_rng(np.random.SeedSequence(self._seed, spawn_key=(_DRAWS, self._drawn)))
+            self._goals = self.rules.draw_picked(draw, self._goals, at, self._position)
         goal = dict(zip(self._agents, at.tolist(), strict=True))
         return [Scored(self._steps * self._dt, goal, self.rules.points)]
 

@@ -5,6 +5,7 @@ from ppinfer.studies.blocks import iter_blocks
 from ppinfer.studies.calibration import Calibration, calibrate_posterior
 from ppinfer.studies.checksums import content_digest, file_sha256
 from ppinfer.studies.comparison import compare_posteriors
+from ppinfer.studies.conditional_beliefs import infer_log_conditional
 from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
 from ppinfer.studies.file_checks import validate_file
 from ppinfer.studies.fit import StudyFit, fit_study
@@ -59,6 +60,7 @@ __all__ = [
     "fit_study",
     "goal_evidence",
     "infer_log",
+    "infer_log_conditional",
     "infer_log_personality",
     "infer_personalities",
     "infer_posterior",

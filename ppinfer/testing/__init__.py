@@ -44,6 +44,7 @@ from ppinfer.testing.laws_over_time import check_online_equals_offline, check_sm
 if TYPE_CHECKING:
     from ppinfer.testing.choice import check_goal_chooser, check_goal_conditional
     from ppinfer.testing.evidence_strategies import goal_evidences
+    from ppinfer.testing.example_interactions import example_interaction_log
     from ppinfer.testing.example_plays import example_planned_log
     from ppinfer.testing.experts import check_expert
     from ppinfer.testing.game_strategies import costs, games
@@ -68,6 +69,7 @@ _LATER = dict.fromkeys(
 ) | {
     "goal_evidences": "ppinfer.testing.evidence_strategies",
     "costs": "ppinfer.testing.game_strategies",
+    "example_interaction_log": "ppinfer.testing.example_interactions",
     "example_planned_log": "ppinfer.testing.example_plays",
     "check_expert": "ppinfer.testing.experts",
     "check_goal_chooser": "ppinfer.testing.choice",
@@ -115,6 +117,7 @@ __all__ = [
     "costs",
     "distributions",
     "example_goal_situation",
+    "example_interaction_log",
     "example_log",
     "example_planned_log",
     "example_plans",

@@ -8,12 +8,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppinfer.cli.argument_types import whole_number
-from ppinfer.cli.model_options import add_model_arguments, model_from_options, parse_settings
+from ppinfer.cli.model_options import (
+    add_model_arguments,
+    add_partner_argument,
+    model_from_options,
+    parse_settings,
+)
 from ppinfer.cli.selection_options import (
     add_participant_arguments,
     add_segment_arguments,
     add_share_argument,
 )
+from ppinfer.errors import ModelError
 
 if TYPE_CHECKING:
     from ppinfer.studies.fit import StudyFit
@@ -30,6 +36,8 @@ are left out one at a time (or in 20 groups) and predicted by a fit to the other
 _EPILOG = """\
 examples:
   ppinfer fit LOG.nc --model goal-lqr -o MODEL.toml
+  ppinfer fit LOG.nc --model goal-coupled -o MODEL.toml --held-out HELD-OUT.nc
+  ppinfer fit LOG.nc --model goal-coupled --set experts=motion,distance motion.outliers=0.05 -o MODEL.toml
   ppinfer fit LOG.nc --model goal-lqr --set stay=1 evidence_floor=0 -o MODEL.toml --exclude p7
 """
 
@@ -53,6 +61,13 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         help="what to maximise (default: predictive); parameters given by --set stay as they are",
     )
     parser.add_argument("--agent", metavar="A", help="whose motion (default: human, or the only agent)")
+    add_partner_argument(parser)
+    parser.add_argument(
+        "--held-out",
+        metavar="POST.nc",
+        help="also write the posterior of the participants left out, each by the fit that had not seen them, for "
+        "'ppinfer score' and 'ppinfer compare'",
+    )
     parser.add_argument(
         "--restart",
         choices=("goals", "segments"),
@@ -91,10 +106,15 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.studies import read_log
     from ppinfer.studies.checksums import file_sha256
     from ppinfer.studies.fit import fit_study
+    from ppinfer.studies.posterior import write_posterior
 
     model = model_from_options(args.model, args.settings)
     check_output(args.output, suffix=".toml", inputs=[args.log])
     check_target(args.output)
+    if args.held_out is not None:
+        check_output(args.held_out, suffix=".nc", inputs=[args.log])
+        if args.folds in (0, 1):
+            raise ModelError(f"--held-out needs a cross-validation, and --folds {args.folds} asks for none")
     log = read_log(args.log)
     with progress_bar(f"fitting {model.name}") as progress:
         fitted = fit_study(
@@ -111,9 +131,14 @@ def run(args: argparse.Namespace) -> int:
             at=args.at,
             min_samples=args.min_samples,
             min_distance=args.min_distance,
+            partner=args.partner,
             progress=progress,
         )
     write_model(fitted.fit.model, args.output, _notes(fitted, args, file_sha256(args.log)))
+    if args.held_out is not None:
+        if fitted.held_out_posterior is None:
+            raise ModelError("--held-out needs a cross-validation, which takes two participants at least")
+        write_posterior(fitted.held_out_posterior, args.held_out)
     if not fitted.folds and args.folds != 0:
         print(
             "ppinfer fit: warning: there was no cross-validation: it takes two participants and two folds at least",
@@ -126,19 +151,20 @@ def run(args: argparse.Namespace) -> int:
             file=sys.stderr,
         )
     if args.json:
-        print_json(as_json(fitted, args.output))
+        print_json(as_json(fitted, args.output, args.held_out))
     else:
         print_fit(fitted, args.output)
     return 0
 
 
-def as_json(fitted: StudyFit, output: str) -> dict[str, Any]:
+def as_json(fitted: StudyFit, output: str, held_out: str | None = None) -> dict[str, Any]:
     """Return what ``--json`` prints."""
     from ppinfer.goals.configuration import parameters_of
 
     fit = fitted.fit
     return {
         "output": output,
+        **({"held_out": held_out} if held_out is not None else {}),
         "model": fit.model.name,
         "parameters": parameters_of(fit.model),
         "objective": fit.objective,

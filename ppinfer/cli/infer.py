@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ppinfer.cli import infer_personality
 from ppinfer.cli.argument_types import whole_number
-from ppinfer.cli.model_options import add_model_arguments, model_from_options
+from ppinfer.cli.infer_logged import run_logged
+from ppinfer.cli.model_options import add_model_arguments, add_partner_argument, model_from_options
 from ppinfer.errors import ModelError
 
 if TYPE_CHECKING:
@@ -19,8 +21,12 @@ if TYPE_CHECKING:
 _DESCRIPTION = """\
 Infer the posterior over an agent's goals at every sample of a study log, and write it with the
 log's trials and segments. Models: goal-lqr (noisily rational LQR agent), goal-kalman (the same from
-noisy positions with dropouts and outliers), nearest and heading (baselines), or a MODEL.toml written
-by 'ppinfer fit'. Velocities and controls that were not logged are derived from earlier samples only.
+noisy positions with dropouts and outliers), goal-coupled (a product of small experts, which sees what
+the other agents do as well), nearest and heading (baselines), or a MODEL.toml written by 'ppinfer fit'.
+Velocities and controls that were not logged are derived from earlier samples only.
+
+With --logged NAME: nothing is inferred; the belief over goals of that name, which the log holds because
+the study's own robot held it live, becomes a posterior that can be scored and compared like any other.
 
 With --model personality: the posterior over theta (whom the other agent's equilibria favour) at every
 replan of one agent, from the plans and costs that a world where agents plan has logged.
@@ -30,6 +36,8 @@ _EPILOG = """\
 examples:
   ppinfer infer LOG.nc -o POST.nc --model goal-lqr --set rationality=0.005 control_weight=100
   ppinfer infer LOG.nc -o POST.nc --model MODEL.toml --agent robot --mode smooth
+  ppinfer infer LOG.nc -o POST.nc --model goal-coupled --set experts=motion,distance
+  ppinfer infer LOG.nc -o LIVE.nc --logged belief_robot
   ppinfer infer PLAYS.nc -o POST.nc --model personality --variant literal --set rationality=5
 """
 
@@ -54,6 +62,12 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         metavar="A",
         help="whose goals (default: human, or the only agent); with --model personality whose beliefs (default: robot, "
         "or the only agent that replanned)",
+    )
+    add_partner_argument(parser)
+    parser.add_argument(
+        "--logged",
+        metavar="NAME",
+        help="write this belief over goals of the log itself (its variable NAME, logged_NAME or live_NAME)",
     )
     parser.add_argument(
         "--mode",
@@ -85,7 +99,11 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.cli.targets import check_output
     from ppinfer.studies.infer import infer_posterior
 
+    if args.logged is not None:
+        return run_logged(args)
     if args.model == infer_personality.NAME:
+        if args.partner is not None:
+            raise ModelError("--partner is for models of goals, not personality")
         return infer_personality.run(args)
     if args.variant is not None:
         raise ModelError(f"--variant is for --model personality, not {args.model}")
@@ -101,6 +119,7 @@ def run(args: argparse.Namespace) -> int:
             restart=args.restart,
             carry=args.carry,
             seed=args.seed,
+            partner=args.partner,
             progress=progress,
         )
     seen = done.samples - done.samples_missing
@@ -113,7 +132,7 @@ def run(args: argparse.Namespace) -> int:
     if args.json:
         print_json(as_json(done, model, args.output))
     else:
-        print_inference(done, model, args.output)
+        print_inference(done, model.name, args.output, gates_outliers=model.gates_outliers)
     return 0
 
 
@@ -135,7 +154,14 @@ def as_json(done: Inference, model: GoalModel, output: str) -> dict[str, object]
     }
 
 
-def print_inference(done: Inference, model: GoalModel, output: str) -> None:
+def print_inference(
+    done: Inference,
+    name: str,
+    output: str,
+    *,
+    gates_outliers: bool = False,
+    more: Sequence[tuple[str, str]] = (),
+) -> None:
     """Print a short table, with the scores where the true goals are known."""
     from ppinfer.cli.output import print_table
     from ppinfer.errors import LogError
@@ -148,7 +174,8 @@ def print_inference(done: Inference, model: GoalModel, output: str) -> None:
         ("samples missing", str(done.samples_missing)),
         ("states", done.state_source),
     ]
-    if model.gates_outliers:
+    rows += more
+    if gates_outliers:
         rows.append(("outliers set aside", str(done.outliers_gated)))
     with open_posterior(output) as posterior:
         try:
@@ -163,4 +190,4 @@ def print_inference(done: Inference, model: GoalModel, output: str) -> None:
         )
         for score in scores
     ]
-    print_table(f"{Path(output).name}: {model.name} on {done.log_name}", ("", ""), rows)
+    print_table(f"{Path(output).name}: {name} on {done.log_name}", ("", ""), rows)

@@ -27,7 +27,16 @@ def add_model_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         metavar="NAME=VALUE",
         dest="settings",
-        help="parameters of the model, e.g. rationality=0.01 stay=0.98",
+        help="parameters of the model, e.g. rationality=0.01 stay=0.98, or experts=motion,distance stay=0.8",
+    )
+
+
+def add_partner_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--partner NAME``."""
+    parser.add_argument(
+        "--partner",
+        metavar="NAME",
+        help="the other agent that goal-coupled looks at (default: all other agents of the log)",
     )
 
 

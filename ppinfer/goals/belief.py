@@ -140,8 +140,11 @@ def infer_goals(
             describe=evidence.describe_sample,
         )
         if assessment.instant is not None:
-            log_posterior += assessment.instant.log_values
-            _normalise(log_posterior, evidence)
+            from ppinfer.goals.coupled.scans import weigh
+
+            lost = weigh(log_posterior, assessment.instant.log_values)
+            if lost >= 0:
+                raise ImpossibleEvidenceError(f"{evidence.describe_sample(lost)}: every goal is ruled out")
     axes = (evidence.sample_axis, evidence.goal_axis)
     belief = Distribution._sound(axes, log_posterior, ("batch", "random"))
     return GoalBelief(belief, source, outliers)
@@ -153,16 +156,6 @@ def lacks_partner(model: GoalModel, agent: str) -> str:
         f"model {model.name!r} looks at what other agents do, and the evidence is of {agent!r} alone: give it a partner, "
         "or leave out what needs one (goal-coupled: --set experts=motion,distance)"
     )
-
-
-def _normalise(log_weights: Float[np.ndarray, "sample goal"], evidence: GoalEvidence) -> None:
-    """Normalise the log weights of every sample, in place."""
-    largest = log_weights.max(axis=1, keepdims=True)
-    if not (largest > -np.inf).all():
-        where = evidence.describe_sample(int(np.argmin(largest[:, 0] > -np.inf)))
-        raise ImpossibleEvidenceError(f"{where}: every goal is ruled out")
-    log_weights -= largest
-    log_weights -= np.log(np.exp(log_weights).sum(axis=1, keepdims=True))
 
 
 @dataclass(frozen=True, eq=False)

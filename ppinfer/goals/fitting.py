@@ -67,7 +67,7 @@ _CONTROL_WEIGHTS = np.geomspace(0.1, 1000.0, 9)
 _FIRST_STEP = 0.7
 # steps of the differences, and the relative gain at which an ascent ends
 _DIFFERENCE = 1e-6
-_FLAT = 1e-8
+_FLAT = 1e-6
 # the plain model without a floor is taken where it predicts as well as this
 _AS_GOOD = 1e-6
 # on the scales of the search; e^3 on the logarithmic one

@@ -156,13 +156,13 @@ class GoalModel(ABC):
     """A likelihood over goals with its generative twin; subclasses are small frozen dataclasses of parameters.
 
     A subclass defines `log_likelihood` and `simulate`. It may define a field ``stay`` (the probability per sample that
-    the goal stays what it is; 1 by default), set ``memoryless`` (each sample is judged by itself) or ``redraws`` (a goal
-    that does not stay is drawn anew from the prior, itself included), say how many samples it needs to look at
+    the goal stays what it is; 1 by default), set ``memoryless`` (each sample is judged by itself) or ``redraws`` (a
+    goal that does not stay is drawn anew from the prior, itself included), say how many samples it needs to look at
     (``window``) and whether it needs other agents (``needs_partner``), name the parameters that `fit_goals` may fit
     (``fitted``, with their scale: ``log`` for positive numbers, ``logit`` for shares, ``linear`` for others) and how
     they are searched for (``search``: ``simplex``, or ``gradient`` for many parameters in a smooth objective) and from
-    where (``starts``; the others from what they are), and replace `online` by something faster. `ppinfer.testing.check_likelihood`
-    holds a subclass to the laws.
+    where (``starts``; the others from what they are), and replace `online` by something faster.
+    `ppinfer.testing.check_likelihood` holds a subclass to the laws.
 
     Examples
     --------
@@ -211,7 +211,9 @@ class GoalModel(ABC):
             The parameters at hand, where which there are depends on one of them.
         """
         plain: dict[Any, type] = {"str": str, "int": int, "float": float}
-        fields = dataclasses.fields(cast(Any, cls)) if dataclasses.is_dataclass(cls) else ()
+        fields: tuple[dataclasses.Field[Any], ...] = ()
+        if dataclasses.is_dataclass(cls):
+            fields = dataclasses.fields(cls)
         return {entry.name: plain[entry.type] for entry in fields if entry.type in plain}
 
     @classmethod

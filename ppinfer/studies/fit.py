@@ -71,6 +71,7 @@ def fit_study(
     at: Sequence[float] = DEFAULT_SHARES,
     min_samples: int | None = None,
     min_distance: float | None = None,
+    partner: str | None = None,
     progress: ProgressCallback = silent,
 ) -> StudyFit:
     """Fit a goal model to the segments of a study whose goal is known, cross-validated over participants.
@@ -93,6 +94,8 @@ def fit_study(
         Deals participants into groups.
     at, min_samples, min_distance
         Which held-out scores to report; see `ppinfer.studies.scores.score_posterior`.
+    partner : str, optional
+        The other agent that a model looks at which looks at any; default: all other agents of the log.
     progress : callable
         Told how many fits are done, of how many.
 
@@ -116,7 +119,7 @@ def fit_study(
     """
     whose = default_agent(log) if agent is None else agent
     chosen = _choose(log, participants, exclude)
-    evidence = goal_evidence(log, whose, restart=restart, time_step=nominal_time_step(log))
+    evidence = goal_evidence(log, whose, restart=restart, time_step=nominal_time_step(log), partner=partner)
     true_goal, weight, segment_count = _labels(log, whose, evidence)
     trial_of_row = np.searchsorted(row_starts(log["row_size"].values), evidence.row_start, side="right") - 1
     participant = log["participant"].values.astype(str)[trial_of_row]
@@ -141,7 +144,9 @@ def fit_study(
     held_out: tuple[Score, ...] = ()
     error, posterior = float("nan"), None
     if fits:
-        posterior = posterior_dataset(log, evidence, log_posterior, whose)
+        posterior = posterior_dataset(
+            log, evidence, log_posterior, whose, {"model": model.name, "held_out_folds": len(fits)}
+        )
         posterior = _only_participants(posterior, chosen)
         selection = SegmentOptions(min_samples=min_samples, min_distance=min_distance)
         held_out = score_posterior(posterior, at=at, **selection).overall

@@ -34,6 +34,7 @@ def infer_log(
     mode: Mode = "filter",
     restart: Restart = "goals",
     carry: bool = False,
+    partner: str | None = None,
 ) -> xr.Dataset:
     """Return the posterior over an agent's goals at every sample of a log in memory.
 
@@ -52,6 +53,8 @@ def infer_log(
         Given the samples so far, or given the whole row.
     restart, carry
         Where the belief starts anew within a trial, and from what; see `goal_evidence`.
+    partner : str, optional
+        The other agent that a model looks at which looks at any; default: all other agents of the log.
 
     Returns
     -------
@@ -75,12 +78,14 @@ def infer_log(
     """
     whose = default_agent(log) if agent is None else agent
     step = nominal_time_step(log)
-    evidence = goal_evidence(log, whose, restart=restart, carry=carry, time_step=step)
+    evidence = goal_evidence(log, whose, restart=restart, carry=carry, time_step=step, partner=partner)
     belief = infer_goals(model, evidence, mode=mode)
     attrs = {
         "mode": mode,
         "model": model.name,
-        "configuration": configuration_text(model, whose, mode, restart, carry=carry, time_step=step),
+        "configuration": configuration_text(
+            model, whose, mode, restart, carry=carry, time_step=step, partner=partner
+        ),
         "state_source": belief.state_source,
         "outliers_gated": 0 if belief.outliers is None else int(belief.outliers.sum()),
     }
@@ -205,7 +210,14 @@ def nominal_time_step(log: xr.Dataset) -> float | None:
 
 
 def configuration_text(
-    model: GoalModel, agent: str, mode: Mode, restart: Restart, *, carry: bool, time_step: float | None
+    model: GoalModel,
+    agent: str,
+    mode: Mode,
+    restart: Restart,
+    *,
+    carry: bool,
+    time_step: float | None,
+    partner: str | None = None,
 ) -> str:
     """Return as JSON everything that a posterior depends on besides the log."""
     return json.dumps(
@@ -218,6 +230,7 @@ def configuration_text(
             "restart": restart,
             "carry": carry,
             "time_step": time_step,
+            **({"partner": partner} if partner is not None else {}),
         },
         allow_nan=False,
     )

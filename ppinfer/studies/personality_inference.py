@@ -16,9 +16,9 @@ from jaxtyping import Float, Int
 from ppinfer.coordination import PersonalityModel, infer_personality
 from ppinfer.distributions import Distribution
 from ppinfer.errors import ImpossibleEvidenceError, LogError
+from ppinfer.studies.belief_writing import refuse_faulty
 from ppinfer.studies.blocks import iter_blocks
 from ppinfer.studies.checksums import file_sha256
-from ppinfer.studies.infer import refuse_faulty
 from ppinfer.studies.log_inference import ppinfer_version
 from ppinfer.studies.personality_models import AS_LOGGED, personality_of_text, personality_text
 from ppinfer.studies.play_history import HISTORY_VARIABLES, play_history, require_replans

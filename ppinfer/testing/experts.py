@@ -11,12 +11,12 @@ from ppinfer.testing.goals import check_likelihood
 
 
 def check_expert(expert: Expert, *, examples: int = 40) -> None:
-    """Hold an expert to the laws, alone and beside another; a broken one fails with the smallest evidence that shows it.
+    """Hold an expert to the laws, alone and as a factor; a broken one fails with the smallest evidence that shows it.
 
-    The laws are those of `check_likelihood` for the model that the expert makes (a factor over (sample, goal); nothing
-    from later samples; goals in any order; rows apart; absent goals change nothing; online equals offline), and: what is
-    held fixed can be written down, its parameters have a scale each that exists, and as a factor of a product it
-    multiplies the other factors.
+    The laws are those of `check_likelihood` for the model that the expert makes by itself (nothing from later samples;
+    goals in any order; rows apart; absent goals change nothing; online equals offline), and: it is a factor over
+    (sample, goal), finite exactly where a goal is present, that says nothing at dropouts if it gathers evidence; its
+    parameters can be written down, and each that may be fitted has a scale that there is.
 
     Parameters
     ----------

@@ -29,8 +29,8 @@ class GoalCoupled(GoalModel):
 
         b_t  is proportional to  L_t (stay b_(t-1) + (1 - stay) prior),
 
-    and the posterior at a sample is that belief times the experts that judge the instant (distances, where the partner is
-    heading), normalised. These are not fed back into b. Without an expert that gathers, b is the prior.
+    and the posterior at a sample is that belief times the experts that judge the instant (distances, where the partner
+    is heading), normalised. These are not fed back into b. Without an expert that gathers, b is the prior.
 
     Parameters
     ----------

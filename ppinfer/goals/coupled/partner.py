@@ -53,7 +53,7 @@ class Partner(GeometryExpert):
     def log_weights(self, geometry: Geometry) -> Float[np.ndarray, "sample goal"]:
         """Return the sum of log(1 - q) over partners."""
         log_q = partner_goal(geometry, distance=self.distance, closing=self.closing)
-        left = log_of_the_others(log_q)
+        left = log_others(log_q)
         left *= geometry.partner_known[..., None]
         total: np.ndarray = left.sum(axis=0)
         return total
@@ -69,42 +69,41 @@ def partner_goal(
     >>> from ppinfer.goals import GoalEvidence
     >>> from ppinfer.goals.partners import PartnerMotion
     >>> evidence = GoalEvidence(
-    ...     time=np.zeros(1), position=np.zeros((1, 2)), goals=np.array([[[1.0, 0.0], [3.0, 0.0]]]), row_size=np.array([1]),
-    ...     goal_labels=("cup", "bowl"), partners=(PartnerMotion("robot", np.zeros((1, 2))),),
+    ...     time=np.zeros(1), position=np.zeros((1, 2)), goals=np.array([[[1.0, 0.0], [3.0, 0.0]]]),
+    ...     row_size=np.array([1]), goal_labels=("cup", "bowl"), partners=(PartnerMotion("robot", np.zeros((1, 2))),),
     ... )
     >>> np.exp(partner_goal(evidence.geometry, distance=0.5, closing=0.0)).round(3)
     array([[[0.731, 0.269]]])
     """
-    log_weights = closing * geometry.partner_closing - distance * geometry.partner_distance
-    if not geometry.present.all():
-        log_weights = np.where(geometry.present_at, log_weights, -np.inf)
-    log_weights -= log_weights.max(axis=-1, keepdims=True)
-    log_weights -= np.log(np.exp(log_weights).sum(axis=-1, keepdims=True))
-    normalised: np.ndarray = log_weights
-    return normalised
+    from ppinfer.goals.coupled.scans import partner_goals
+
+    log_q = np.empty_like(geometry.partner_distance)
+    partner_goals(
+        geometry.partner_distance,
+        geometry.partner_closing,
+        distance,
+        closing,
+        geometry.present,
+        geometry.row,
+        log_q,
+    )
+    return log_q
 
 
-def log_of_the_others(log_q: Float[np.ndarray, "*batch goal"]) -> Float[np.ndarray, "*batch goal"]:
+def log_others(log_q: Float[np.ndarray, "partner sample goal"]) -> Float[np.ndarray, "partner sample goal"]:
     """Return log(1 - q_g) as the log of the sum over the other goals, which keeps its digits where q_g is nearly 1.
 
     Zero where there is no other goal.
 
     Examples
     --------
-    >>> log_of_the_others(np.array([-1e-30, -69.0]))[0]
+    >>> log_others(np.array([[[-1e-30, -69.0]]]))[0, 0, 0]
     np.float64(-69.0)
-    >>> log_of_the_others(np.array([0.0, -np.inf]))[0]
+    >>> log_others(np.array([[[0.0, -np.inf]]]))[0, 0, 0]
     np.float64(0.0)
     """
-    out = np.zeros_like(log_q)
-    for goal in range(log_q.shape[-1]):
-        others = np.delete(log_q, goal, axis=-1)
-        if others.shape[-1] == 0:
-            continue
-        largest = others.max(axis=-1)
-        possible = largest > -np.inf
-        shift = np.where(possible, largest, 0.0)
-        total = np.exp(others - shift[..., None]).sum(axis=-1)
-        np.log(total, out=total, where=possible)
-        out[..., goal] = np.where(possible, shift + total, 0.0)
+    from ppinfer.goals.coupled.scans import log_of_the_others
+
+    out = np.empty_like(log_q)
+    log_of_the_others(log_q, out)
     return out

@@ -101,3 +101,87 @@ def partner_geometry(
                 distance[sample, goal] = length
                 closing[sample, goal] = along / length if length > 0.0 else 0.0
             sample += 1
+
+
+@numba.njit(cache=True, nogil=True)
+def partner_goals(
+    partner_distance: Float[np.ndarray, "partner sample goal"],
+    partner_closing: Float[np.ndarray, "partner sample goal"],
+    distance: float,
+    closing: float,
+    present: Bool[np.ndarray, "row goal"],
+    row: Int[np.ndarray, " sample"],
+    log_q: Float[np.ndarray, "partner sample goal"],
+) -> None:
+    """Write log softmax(closing v - distance d) over the goals present, -inf for the others."""
+    partners, samples, goals = log_q.shape
+    for partner in range(partners):
+        for sample in range(samples):
+            largest = -np.inf
+            for goal in range(goals):
+                score = -np.inf
+                if present[row[sample], goal]:
+                    score = (
+                        closing * partner_closing[partner, sample, goal]
+                        - distance * partner_distance[partner, sample, goal]
+                    )
+                log_q[partner, sample, goal] = score
+                largest = max(largest, score)
+            total = 0.0
+            for goal in range(goals):
+                total += np.exp(log_q[partner, sample, goal] - largest)
+            log_total = largest + np.log(total)
+            for goal in range(goals):
+                log_q[partner, sample, goal] -= log_total
+
+
+@numba.njit(cache=True, nogil=True)
+def log_of_the_others(
+    log_q: Float[np.ndarray, "partner sample goal"], out: Float[np.ndarray, "partner sample goal"]
+) -> None:
+    """Write log(1 - q) as the log of the sum over the other goals; 0 where there is no other."""
+    partners, samples, goals = log_q.shape
+    for partner in range(partners):
+        for sample in range(samples):
+            top = 0
+            for goal in range(1, goals):
+                if log_q[partner, sample, goal] > log_q[partner, sample, top]:
+                    top = goal
+            second, total = -np.inf, 0.0
+            for goal in range(goals):
+                share = np.exp(log_q[partner, sample, goal] - log_q[partner, sample, top])
+                out[partner, sample, goal] = share
+                total += share
+                if goal != top:
+                    second = max(second, log_q[partner, sample, goal])
+            for goal in range(goals):
+                # the top one is among the others, so at least 1 is left and no digit is lost
+                if goal != top:
+                    left = np.log(total - out[partner, sample, goal])
+                    out[partner, sample, goal] = log_q[partner, sample, top] + left
+            total = 0.0
+            for goal in range(goals):
+                if goal != top and second > -np.inf:
+                    total += np.exp(log_q[partner, sample, goal] - second)
+            out[partner, sample, top] = second + np.log(total) if total > 0.0 else 0.0
+
+
+@numba.njit(cache=True, nogil=True)
+def weigh(log_belief: Float[np.ndarray, "sample goal"], log_weights: Float[np.ndarray, "sample goal"]) -> int:
+    """Multiply beliefs by weights and normalise, in place; return the first sample that nothing is left of, or -1."""
+    samples, goals = log_belief.shape
+    for sample in range(samples):
+        largest = -np.inf
+        for goal in range(goals):
+            log_belief[sample, goal] += log_weights[sample, goal]
+            largest = max(largest, log_belief[sample, goal])
+        if not largest > -np.inf:
+            return sample
+        total = 0.0
+        for goal in range(goals):
+            log_belief[sample, goal] -= largest
+            total += np.exp(log_belief[sample, goal])
+        log_total = np.log(total)
+        for goal in range(goals):
+            log_belief[sample, goal] -= log_total
+    return -1

@@ -24,9 +24,10 @@ SHARE_COVERED = 0.8
 def simulate_coupled(model: GoalCoupled, design: GoalDesign, rng: np.random.Generator) -> GoalEvidence:
     """Return plane motion of an agent and a partner, ``robot``, that heads for another goal.
 
-    The agent moves as the model's motion expert says: in steps of equal length, each turned from the direct way by a von
-    Mises angle or, for outliers, by any angle; with `LqrMotion` as its noisily rational agent does. The partner goes
-    straight to a goal drawn evenly from those that the agent does not pursue (to that one, where it is the only one).
+    The agent moves as the model's motion expert says: in steps of equal length, each turned from the direct way by a
+    von Mises angle or, for outliers, by any angle; with `LqrMotion` as its noisily rational agent does. The partner
+    goes straight to a goal drawn evenly from those that the agent does not pursue (to that one, where there is no
+    other).
     Tempering and stay correct how evidence is weighed and have no part in this, nor have the experts that judge the
     instant: they say which goals people take, and the design says which were taken. `draw_goals` draws from them.
 
@@ -93,14 +94,15 @@ def _agent(
 ) -> Float[np.ndarray, "sample 2"]:
     for expert in model.experts:
         if isinstance(expert, LqrMotion):
-            return expert.likelihood.simulate(design, rng).position
+            position: np.ndarray = expert.likelihood.simulate(design, rng).position
+            return position
         if isinstance(expert, Motion):
             speed = share * np.linalg.norm(design.pursued - design.start, axis=1) / design.dt
             kappa = np.repeat(expert.concentration * speed / (speed + expert.half_speed), design.row_size)
             turn = rng.vonmises(0.0, kappa)
             anywhere = rng.random(len(turn)) < expert.outliers
             turn[anywhere] = rng.uniform(-np.pi, np.pi, int(anywhere.sum()))
-            return _walked(design.start, design.pursued, design, share, turn)
+            return _walked(design.start, design.pursued, design, share, np.asarray(turn))
     raise ModelError("goal-coupled simulates with a motion expert (motion or lqr), and this model has none")
 
 

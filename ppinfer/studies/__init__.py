@@ -6,6 +6,7 @@ from ppinfer.studies.calibration import Calibration, calibrate_posterior
 from ppinfer.studies.checksums import content_digest, file_sha256
 from ppinfer.studies.comparison import compare_posteriors
 from ppinfer.studies.conditional_beliefs import infer_log_conditional
+from ppinfer.studies.encounters import encounter_evidence
 from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
 from ppinfer.studies.file_checks import validate_file
 from ppinfer.studies.fit import StudyFit, fit_study
@@ -57,6 +58,7 @@ __all__ = [
     "compare_posteriors",
     "content_digest",
     "file_sha256",
+    "encounter_evidence",
     "fit_study",
     "goal_evidence",
     "infer_log",

@@ -22,9 +22,9 @@ from ppinfer.goals.yielding.reaction import GoalReaction, SoftmaxReaction
 
 
 def _game_motion() -> GoalLQR:
-    # the agent of the reaching game, Q = 10 I and R = I; its controls stray by some 5 m/s^2
+    # the agent of the reaching game, Q = 10 I and R = I; its controls may stray by 10 m/s^2
     return GoalLQR(
-        dynamics="double-integrator", state_weight=10.0, control_weight=1.0, rationality=0.02, stay=0.995
+        dynamics="double-integrator", state_weight=10.0, control_weight=1.0, rationality=0.005, stay=0.995
     )
 
 
@@ -57,7 +57,7 @@ class Yielding:
     reaction : GoalReaction
         What a human does about the robot's goal, for either theta.
     reconsiders : float
-        rho, in [0, 1], per sample; at 10 samples a second .1 is once a second.
+        rho, in [0, 1], per sample; at 10 samples a second .05 is every other second.
     agents : tuple of 2 str
         The robot's name and the human's: the labels of theta.
 
@@ -82,7 +82,7 @@ class Yielding:
     motion: GoalModel = field(default_factory=_game_motion)
     robot_motion: GoalModel = field(default_factory=_game_motion)
     reaction: GoalReaction = field(default_factory=SoftmaxReaction)
-    reconsiders: float = 0.1
+    reconsiders: float = 0.05
     agents: tuple[str, str] = ("robot", "human")
 
     def __post_init__(self) -> None:
@@ -130,8 +130,8 @@ class Yielding:
         >>> goals = np.array([[1.0, 0.0], [0.0, 2.0]])
         >>> moved = Yielding().transition(goals, np.zeros(2), np.ones(2), sure)
         >>> moved.restrict(goal="cup").values.round(3)
-        array([[0.918, 0.995],
-               [0.082, 0.005]])
+        array([[0.957, 0.995],
+               [0.043, 0.005]])
         """
         goal = mental_model.axes[0].rename("goal")
         log_values = self.log_transitions(
@@ -241,8 +241,8 @@ class Yielding:
         >>> goals = np.array([[1.0, 0.0], [0.0, 2.0]])
         >>> moved = Yielding().log_transitions(goals, np.zeros(2), np.ones(2), np.array([1.0, 0.0]))
         >>> np.exp(moved[0]).round(3)
-        array([[0.918, 0.082],
-               [0.008, 0.992]])
+        array([[0.957, 0.043],
+               [0.006, 0.994]])
         """
         batch, count = goals.shape[:-2], goals.shape[-2]
         there = np.ones((*batch, count), bool) if present is None else present

@@ -58,7 +58,7 @@ class Careful(Policy):
     margin : float
         m between the arms' surfaces.
     horizon : float
-        Seconds to look ahead.
+        Seconds to look ahead; by default until the next replan. Longer ones make it wait for what may yet change.
     arms : mapping from agent to Arm
         Who has which arm.
 
@@ -82,7 +82,7 @@ class Careful(Policy):
     policy: Policy
     eps: float = 0.05
     margin: float = 0.0
-    horizon: float = 2.4
+    horizon: float = 0.8
     arms: Mapping[str, Arm] = field(default_factory=lambda: ARMS)
     samples: int = field(init=False)
     commits: bool = field(init=False)

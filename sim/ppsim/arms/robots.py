@@ -2,30 +2,18 @@
 
 from __future__ import annotations
 
-import importlib
-import os
-import sys
-from collections.abc import Collection, Sequence
-from typing import Any
-
 from ppinfer.coordination import POLICIES, BayesNash, MinNorm, Policy
-from ppsim.errors import SimulationError
+from ppsim.arms.careful import Careful
+from ppsim.naming import checked_names, made_by_name
 
-ROBOTS = tuple(POLICIES)
+#: Policies that check, before they execute a plan, how probable it is to stay clear: which policy each asks first.
+CAREFUL = {"bayes-clear": "bayes", "bayes-risk-clear": "bayes-risk"}
+ROBOTS = (*POLICIES, *CAREFUL)
 #: The simulated humans are the first three of the paper's robots.
 HUMANS = ("defensive", "selfish", "norm")
 
 
-def checked_names(what: str, names: Sequence[str], known: Collection[str], *, own: bool = False) -> None:
-    """Raise a SimulationError unless there are names, each known (or ``module:attribute``) and given once."""
-    if not names:
-        raise SimulationError(f"no {what} are named; there are {', '.join(known)}")
-    for name in names:
-        if name not in known and not (own and ":" in name):
-            hint = ", or module:attribute of your own" if own else ""
-            raise SimulationError(f"there are no {what} {name!r}; there are {', '.join(known)}{hint}")
-        if list(names).count(name) > 1:
-            raise SimulationError(f"{what}: {name!r} is named twice")
+__all__ = ["HUMANS", "ROBOTS", "checked_names", "make_human", "make_robot"]
 
 
 def make_human(name: str) -> Policy:
@@ -43,8 +31,10 @@ def make_robot(name: str, human: Policy, *, cost_unit: float = 100.0) -> Policy:
     human : Policy
         Who sits opposite; the oracle is told what it would choose.
     cost_unit : float
-        Of the norm within "bayes", s.
+        Of the norm within "bayes" and "bayes-clear", s.
     """
+    if name in CAREFUL:
+        return Careful(make_robot(CAREFUL[name], human, cost_unit=cost_unit))
     if name == "oracle":
         return POLICIES[name](other=human)
     if name == "bayes":
@@ -53,24 +43,5 @@ def make_robot(name: str, human: Policy, *, cost_unit: float = 100.0) -> Policy:
 
 
 def _own(name: str) -> Policy:
-    module_name, _, attribute = name.partition(":")
-    here = os.getcwd()
-    if here not in sys.path:
-        sys.path.insert(0, here)
-    try:
-        found: Any = importlib.import_module(module_name)
-        for part in attribute.split("."):
-            found = getattr(found, part)
-    except (ImportError, AttributeError, ValueError, SyntaxError) as error:
-        raise SimulationError(f"policy {name!r} cannot be imported: {error}") from error
-    try:
-        made = found() if callable(found) and not isinstance(found, Policy) else found
-    except TypeError as error:
-        raise SimulationError(
-            f"policy {name!r} cannot be made by calling it without arguments: {error}"
-        ) from error
-    if not isinstance(made, Policy):
-        raise SimulationError(
-            f"policy {name!r} is a {type(made).__name__}; expected a ppinfer.coordination.Policy, or what makes one"
-        )
-    return made
+    # a policy may be anything that has what the class of policies asks for
+    return made_by_name(name, Policy, what="policy")  # type: ignore[type-abstract]

@@ -39,6 +39,7 @@ AGAINST = ("norm", "norm-committed")
 
 def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     """Add ``study``."""
+    from ppinfer.coordination import POLICIES
     from ppsim.arms.execution import PLAN_SETS, Execution
     from ppsim.arms.robots import HUMANS, ROBOTS
     from ppsim.arms.study import ArmsStudy
@@ -61,9 +62,10 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     add(
         "--robots",
         nargs="+",
-        default=list(ROBOTS),
+        default=list(POLICIES),
         metavar="NAME",
-        help=f"any of {', '.join(ROBOTS)}, or module:attribute of a Policy of your own (default: all of these)",
+        help=f"any of {', '.join(ROBOTS)}, or module:attribute of a Policy of your own "
+        "(default: all of these but the ones that end in -clear)",
     )
     add(
         "--humans",

@@ -1,5 +1,7 @@
 """The belief half of Algorithm 1 at control rate: beliefs as offline, states as seen, histories as asked for."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -9,10 +11,12 @@ from ppinfer.goals import (
     BehaviourPredictor,
     Dynamics,
     GoalAndRationality,
+    GoalCoupled,
     GoalDesign,
     GoalLQR,
     Heading,
     NearestGoal,
+    PartnerMotion,
     SoftmaxConditional,
     infer_goals,
     infer_mental_model,
@@ -168,3 +172,14 @@ def test_a_predictor_says_what_it_lacks():
         BehaviourPredictor(dt=0.1, labels=LABELS, history=-1)
     with pytest.raises(ModelError, match="GoalLQR only"):
         BehaviourPredictor(NearestGoal(), dt=0.1, labels=LABELS, rationalities=(1.0, 2.0))
+
+
+def test_a_model_that_looks_at_partners_is_shown_the_robot():
+    human, robot = two_agents()
+    shown = replace(
+        human, partners=(PartnerMotion("robot", robot.position, robot.seen, robot.velocity, robot.control),)
+    )
+    believed = infer_goals(GoalCoupled(), shown).log_posterior
+    predictor = BehaviourPredictor(GoalCoupled(), dt=0.1, labels=LABELS)
+    for sample, situation in enumerate(steps(predictor, human, robot)):
+        assert_allclose(situation.belief.log_values, believed[sample], atol=1e-9)

@@ -1,6 +1,8 @@
 """One function a picture, each returning Matplotlib axes; no picture is kept in any global state."""
 
 from ppinfer.plots.belief_by_human import plot_belief_by_human
+from ppinfer.plots.candidate_paths import plot_candidates
+from ppinfer.plots.conditional_belief import plot_conditional_belief
 from ppinfer.plots.hand_distance import plot_hand_distance
 from ppinfer.plots.over_time import plot_posterior_over_time
 from ppinfer.plots.paired_differences import plot_paired_differences
@@ -9,6 +11,7 @@ from ppinfer.plots.path import plot_path
 from ppinfer.plots.personality import plot_personality
 from ppinfer.plots.reliability import plot_reliability
 from ppinfer.plots.replan_beliefs import mean_beliefs, read_beliefs
+from ppinfer.plots.risk_map import plot_risk_map
 from ppinfer.plots.score_curves import plot_score_over_share
 from ppinfer.plots.task_performance import plot_against_personalities, plot_task_performance
 
@@ -16,6 +19,8 @@ __all__ = [
     "mean_beliefs",
     "plot_against_personalities",
     "plot_belief_by_human",
+    "plot_candidates",
+    "plot_conditional_belief",
     "plot_hand_distance",
     "plot_paired_differences",
     "plot_participants",
@@ -23,6 +28,7 @@ __all__ = [
     "plot_personality",
     "plot_posterior_over_time",
     "plot_reliability",
+    "plot_risk_map",
     "plot_score_over_share",
     "plot_task_performance",
     "read_beliefs",

@@ -13,6 +13,10 @@ INK = "#222222"
 MUTED = "#767676"
 FAINT = "#D9D9D9"
 WARNING = "#B22222"
+# agents keep their colours in every picture; goals that are drawn among agents have the others
+AGENT_COLOURS = (GOAL_COLOURS[0], GOAL_COLOURS[1])
+ROBOT_COLOUR, HUMAN_COLOUR = AGENT_COLOURS
+_AMONG_AGENTS = tuple(colour for colour in GOAL_COLOURS if colour not in AGENT_COLOURS)
 
 
 def goal_colour(index: int) -> str:
@@ -35,6 +39,28 @@ def goal_dashes(index: int) -> str:
     ('-', '--')
     """
     return ("-", "--", ":", "-.")[index // len(GOAL_COLOURS) % 4]
+
+
+def goal_colour_among_agents(index: int) -> str:
+    """Return the colour of a goal in a picture where agents have colours too; it repeats after five goals.
+
+    Examples
+    --------
+    >>> goal_colour_among_agents(0) in AGENT_COLOURS
+    False
+    """
+    return _AMONG_AGENTS[index % len(_AMONG_AGENTS)]
+
+
+def goal_dashes_among_agents(index: int) -> str:
+    """Return a line style that tells apart goals whose colours among agents repeat.
+
+    Examples
+    --------
+    >>> goal_dashes_among_agents(4), goal_dashes_among_agents(5)
+    ('-', '--')
+    """
+    return ("-", "--", ":", "-.")[index // len(_AMONG_AGENTS) % 4]
 
 
 def new_axes(width: float = 6.4, height: float = 3.2) -> Axes:

@@ -147,7 +147,8 @@ def other_agent(log: xr.Dataset, agent: str, partner: str | None = None) -> str:
     if partner is not None:
         if partner not in others:
             raise LogError(
-                f"agent {agent!r} cannot react to {partner!r}; the log has {', '.join(map(repr, others)) or 'nobody else'}"
+                f"agent {agent!r} cannot react to {partner!r}; the log has "
+                f"{', '.join(map(repr, others)) or 'nobody else'}"
             )
         return partner
     if len(others) != 1:

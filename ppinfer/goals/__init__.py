@@ -23,6 +23,7 @@ from ppinfer.goals.partners import PartnerMotion
 from ppinfer.goals.prediction import BehaviourPredictor
 from ppinfer.goals.rationality import GoalAndRationality
 from ppinfer.goals.rationality_online import OnlineGoalAndRationality
+from ppinfer.goals.reacted import ReactedConditional
 
 #: Models that commands know by name; a new one is one small file and a line here.
 MODELS: dict[str, type[GoalModel]] = {
@@ -50,6 +51,7 @@ __all__ = [
     "OnlineGoalAndRationality",
     "OnlineGoalBelief",
     "PartnerMotion",
+    "ReactedConditional",
     "SoftmaxConditional",
     "causal_motion",
     "conditional_log_weights",

@@ -4,6 +4,7 @@ from ppinfer.goals.choice.chooser import GoalChooser, GoalDecision, GoalSituatio
 from ppinfer.goals.choice.courtesy import Courtesy
 from ppinfer.goals.choice.expected_cost import ExpectedCost
 from ppinfer.goals.choice.influence import Influence
+from ppinfer.goals.choice.joint import JointChoice, TrajectoryDecision, point_agent
 from ppinfer.goals.choice.nearest import NearestGoal
 from ppinfer.goals.choice.reactive import ReactToGoal
 from ppinfer.goals.choice.switching import Switching
@@ -11,7 +12,7 @@ from ppinfer.goals.choice.switching import Switching
 #: Choosers that commands know by name; a new one is one small file and a line here.
 CHOOSERS: dict[str, type[GoalChooser]] = {
     chooser.name: chooser
-    for chooser in (NearestGoal, ReactToGoal, Courtesy, Influence, Switching, ExpectedCost)
+    for chooser in (NearestGoal, ReactToGoal, Courtesy, Influence, Switching, ExpectedCost, JointChoice)
 }
 
 __all__ = [
@@ -22,7 +23,10 @@ __all__ = [
     "GoalDecision",
     "GoalSituation",
     "Influence",
+    "JointChoice",
     "NearestGoal",
     "ReactToGoal",
     "Switching",
+    "TrajectoryDecision",
+    "point_agent",
 ]

@@ -129,3 +129,7 @@ class GoalChooser(ABC):
     @abstractmethod
     def choose(self, situation: GoalSituation) -> GoalDecision:
         """Return the goal for now, with the distributions behind it."""
+
+    def with_generator(self, rng: np.random.Generator) -> GoalChooser:
+        """Return the chooser that draws one decision after another from a generator; itself, where nothing is drawn."""
+        return self

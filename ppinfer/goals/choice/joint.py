@@ -12,10 +12,11 @@ from ppinfer.distributions import Distribution
 from ppinfer.errors import ModelError
 from ppinfer.goals.choice.chooser import GoalChooser, GoalDecision, GoalSituation
 from ppinfer.goals.choice.distances import change_costs, human_distances, robot_distances
-from ppinfer.goals.conditional import GoalConditional, SoftmaxConditional
+from ppinfer.goals.conditional import GoalConditional
 from ppinfer.goals.dynamics import Dynamics
 from ppinfer.goals.model import LARGEST, require_range
 from ppinfer.goals.noisily_rational import NoisilyRational
+from ppinfer.goals.reacted import ReactedConditional
 from ppinfer.safety import (
     Candidates,
     LinearAgent,
@@ -147,7 +148,7 @@ class JointChoice(GoalChooser):
 
     name: ClassVar[str] = "joint"
 
-    conditional: GoalConditional = field(default_factory=SoftmaxConditional)
+    conditional: GoalConditional = field(default_factory=ReactedConditional)
     robot: LinearAgent = field(default_factory=point_agent)
     human: LinearAgent = field(default_factory=lambda: point_agent(velocity_variance=VELOCITY_VARIANCE))
     dt: float = 0.1

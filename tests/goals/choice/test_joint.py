@@ -10,6 +10,7 @@ from numpy.testing import assert_allclose
 
 from ppinfer.distributions import Axis, Distribution
 from ppinfer.errors import ModelError
+from ppinfer.goals import SoftmaxConditional
 from ppinfer.goals.choice import ExpectedCost, GoalSituation
 from ppinfer.goals.choice.joint import JointChoice, point_agent
 from ppinfer.safety import Mover, candidate_trajectories, clopper_pearson_lower, plan_safe_probability
@@ -112,7 +113,8 @@ def test_the_pair_chosen_is_the_best_of_all_pairs(seed: int) -> None:
 def test_with_nobody_near_it_is_the_chooser_of_goals_that_goes_the_nominal_way() -> None:
     situation = example_goal_situation()
     far = replace(situation, human=np.array([0.0, 0.0, 400.0, 0.0]), human_position=np.array([0.0, 400.0]))
-    joint, alone = JointChoice(control_weight=0.0).choose(far), ExpectedCost().choose(far)
+    joint = JointChoice(control_weight=0.0, conditional=SoftmaxConditional()).choose(far)
+    alone = ExpectedCost().choose(far)
     assert joint.goal == alone.goal
     assert joint.chosen == 0
     assert not joint.flagged

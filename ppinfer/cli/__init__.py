@@ -11,7 +11,7 @@ from typing import NoReturn
 
 from ppinfer.errors import PPInferError
 
-COMMANDS = ("convert", "validate", "fit", "infer", "score", "compare", "report")
+COMMANDS = ("convert", "validate", "fit", "infer", "score", "compare", "report", "learn")
 
 
 class OneLineParser(argparse.ArgumentParser):

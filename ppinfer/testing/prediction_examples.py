@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import os
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from ppinfer.goals.dynamics import Dynamics
 from ppinfer.goals.learned.examples import PredictionExamples
 from ppinfer.goals.learned.nominal import nominal_plans
 from ppinfer.goals.noisily_rational import NoisilyRational
+
+if TYPE_CHECKING:
+    from ppinfer.studies.learning import LearningRow
+    from ppinfer.studies.prediction_examples import ExampleHeader, ExampleStore
 
 
 def example_predictions(
@@ -51,3 +58,72 @@ def example_predictions(
         frequency=frequency,
         robot_goal=robot_goal,
     )
+
+
+def example_header(examples: PredictionExamples) -> ExampleHeader:
+    """Return the header of a store of such examples.
+
+    Examples
+    --------
+    >>> example_header(example_predictions(2)).past
+    4
+    """
+    from ppinfer.studies.prediction_examples import ExampleHeader
+
+    return ExampleHeader(
+        past=examples.human.shape[1],
+        horizon=examples.plan.shape[1],
+        goals=examples.goals.shape[1],
+        states=examples.human.shape[2],
+        dynamics="double-integrator",
+        dt=0.1,
+        state_weight=10.0,
+        control_weight=1.0,
+        kinds=("yielding",),
+        batch=max(1, min(64, len(examples))),
+        configuration={"seed": 0, "continuations": 10},
+    )
+
+
+def example_store(path: str | os.PathLike[str], count: int) -> ExampleStore:
+    """Write a store of such examples, as a generator would, and return it.
+
+    Examples
+    --------
+    >>> len(example_store("examples.zarr", 5))
+    5
+    """
+    from ppinfer.studies.prediction_examples import ExampleStore, ExampleWriter, StoredExamples
+
+    examples = example_predictions(count)
+    interaction = np.full(count, 4.0, np.float32)
+    stored = StoredExamples(examples, np.zeros(count, dtype=int), interaction)
+    ExampleWriter(path, example_header(examples)).append(stored)
+    return ExampleStore(path)
+
+
+def example_learning_rows() -> list[LearningRow]:
+    """Return rows of a study of learning, with scores made up but for their order.
+
+    Examples
+    --------
+    >>> [row.prediction for row in example_learning_rows()]
+    ['even', 'model', 'model fitted', 'learned', 'learned', 'learned']
+    """
+    from ppinfer.studies.learning import LearningRow
+    from ppinfer.studies.prediction_scores import score_predictions
+
+    examples = example_predictions(200)
+    named = (("even", 0, 0.0), ("model", 0, 0.5), ("model fitted", 100, 0.6))
+    rows = []
+    for name, count, power in (
+        *named,
+        ("learned", 100, 0.3),
+        ("learned", 1000, 0.6),
+        ("learned", 10000, 0.9),
+    ):
+        logs = power * np.log(examples.frequency)
+        logs -= np.logaddexp.reduce(logs, axis=1, keepdims=True)
+        score = score_predictions(logs, examples.frequency, examples.present)
+        rows.append(LearningRow(name, count, count / 600, 5 if name == "learned" else 0, score.loss, score))
+    return rows

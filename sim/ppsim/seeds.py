@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 # spawn keys that keep the streams of trials, participants and parts of a trial apart
-_TRIALS, _PARTICIPANTS = 0, 1
+_TRIALS, _PARTICIPANTS, _BATCHES = 0, 1, 2
 
 
 def trial_seed(study_seed: int, index: int) -> int:
@@ -29,6 +29,17 @@ def participant_rng(study_seed: int, index: int) -> np.random.Generator:
     True
     """
     return np.random.default_rng(np.random.SeedSequence(study_seed, spawn_key=(_PARTICIPANTS, index)))
+
+
+def batch_rng(study_seed: int, index: int) -> np.random.Generator:
+    """Return the generator that draws all of one batch of games that are simulated side by side.
+
+    Examples
+    --------
+    >>> float(batch_rng(7, 0).random()) == float(batch_rng(7, 1).random())
+    False
+    """
+    return np.random.default_rng(np.random.SeedSequence(study_seed, spawn_key=(_BATCHES, index)))
 
 
 def streams(seed: int, count: int) -> list[np.random.Generator]:

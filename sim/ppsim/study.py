@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
-import threading
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -21,6 +19,7 @@ from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.recording_lines import log_of_recording
 from ppinfer.studies.storage import check_target
 from ppsim.errors import SimulationError
+from ppsim.workers import follow_the_parent
 
 
 @runtime_checkable
@@ -73,25 +72,11 @@ def simulate(
         return
     # fresh processes: a forked one may inherit locks that a thread held
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, len(indices)), mp_context=context, initializer=_follow_the_parent)
+    pool = ProcessPoolExecutor(min(workers, len(indices)), mp_context=context, initializer=follow_the_parent)
     try:
         yield from pool.map(study.trial, indices, chunksize=min(4, -(-len(indices) // workers)))
     finally:
         pool.shutdown(cancel_futures=True)
-
-
-def _follow_the_parent() -> None:
-    # Ctrl-C reaches every process of the terminal; a worker's traceback would tell nothing
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # a parent that is killed tells its workers nothing: they would wait for ever
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
-
-
-def _end_with_the_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
 
 
 def log_of_study(study: Study, indices: Sequence[int]) -> xr.Dataset:

@@ -13,6 +13,7 @@ from ppinfer.cli import COMMANDS, build_parser
 from ppinfer.studies import write_log
 from ppinfer.testing import example_log
 from ppinfer.testing.example_plays import example_planned_log
+from ppinfer.testing.prediction_examples import example_store
 
 from .pages import ROOT, run_command
 
@@ -81,6 +82,7 @@ def folder(tmp_path_factory):
     else:
         write_log(example_log(), log)
     write_log(example_planned_log(trials=2, replans=3), folder / "plays.nc")
+    example_store(folder / "examples.zarr", 60)
     (folder / "table.csv").write_text(TABLE)
     (folder / "mapping.toml").write_text(MAPPING)
     for name, model in (("near", "nearest"), ("lqr", "goal-lqr")):
@@ -107,6 +109,7 @@ LINES = {
     "score": ["score {0}/lqr.nc --at 0.5 1 --by-participant"],
     "compare": ["compare {0}/near.nc {0}/lqr.nc --at 0.5 --resamples 100"],
     "report": ["report {0}/lqr.nc -o {0}/report"],
+    "learn": ["learn {0}/examples.zarr -o {0}/m.safetensors --epochs 1 --hidden 4 --sizes 10 20"],
 }
 
 
@@ -116,6 +119,8 @@ def test_every_command_is_tried():
 
 @pytest.mark.parametrize(("command", "line"), [(name, line) for name in LINES for line in LINES[name]])
 def test_a_command_prints_one_json_object_that_its_schema_describes(folder, command, line):
+    if command == "learn":
+        pytest.importorskip("torch", reason="needs the extra: pip install 'ppinfer[learned]'")
     status, out, err = run_command(f"ppinfer {line.format(folder)} --json")
     assert status == 0, err
     jsonschema.validate(json.loads(out), schema_of(command), cls=jsonschema.Draft202012Validator)

@@ -48,7 +48,7 @@ class NetworkConfiguration:
 
     past: int
     horizon: int
-    hidden: int = 48
+    hidden: int = 32
     dynamics: str = "double-integrator"
     dt: float = 0.1
     state_weight: float = 10.0

@@ -63,6 +63,8 @@ class PredictionExamples:
         if not self.present.any(axis=1).all():
             example = int(np.argmin(self.present.any(axis=1)))
             raise ModelError(f"examples: example {example} has no goal")
+        if not ((self.robot_goal >= 0) & (self.robot_goal < self.goals.shape[1])).all():
+            raise ModelError("examples: robot_goal names goals that are not there")
         off = np.abs(self.frequency.sum(axis=1) - 1.0) > 1e-4
         wrong = off | (self.frequency < 0).any(axis=1) | (self.frequency > 0)[~self.present].any()
         if wrong.any():

@@ -76,7 +76,7 @@ def features_of(
         speeds = (
             turned(states[..., velocity]) / configuration.speed_scale if velocity else np.zeros_like(places)
         )
-        return np.concatenate([places, speeds], axis=-1).astype(np.float32)
+        return np.concatenate([places, speeds], axis=-1)
 
     to_goal = [
         turned(examples.goals - place[:, None, position]) / configuration.length_scale
@@ -87,7 +87,7 @@ def features_of(
     return Features(
         past=np.concatenate([motion(examples.human), motion(examples.robot)], axis=-1),
         plan=motion(examples.plan),
-        goals=goals.astype(np.float32),
+        goals=goals,
         present=examples.present,
     )
 

@@ -44,10 +44,11 @@ def log_probabilities(network: Any, features: Features, hidden: int) -> Any:
        largest entries of all goals' vectors it becomes one number, and a softmax over the goals that exist ends it.
     """
     torch = require_torch()
-    past, _ = network["past"](torch.from_numpy(features.past))
-    plan, _ = network["plan"](torch.from_numpy(features.plan))
-    present = torch.from_numpy(features.present)
-    goal = network["goal"](torch.from_numpy(features.goals))
+    kind = network["query"].weight.dtype
+    past, _ = network["past"](torch.from_numpy(features.past).to(kind))
+    plan, _ = network["plan"](torch.from_numpy(features.plan).to(kind))
+    present = torch.tensor(features.present)
+    goal = network["goal"](torch.from_numpy(features.goals).to(kind))
     queries = network["query"](goal).split(hidden, dim=-1)
     attended = []
     for query, states in zip(queries, (past, plan), strict=True):

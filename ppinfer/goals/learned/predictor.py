@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -32,18 +34,23 @@ class GoalPredictor:
     configuration: NetworkConfiguration
     network: Any
 
+    @cached_property
+    def _exact(self) -> Any:
+        # weights were learned in single precision; in double, the order of the goals is no matter of rounding
+        return copy.deepcopy(self.network).double()
+
     def log_probabilities(self, examples: PredictionExamples) -> Float[np.ndarray, "example goal"]:
         """Return log p(goal) for every example, -inf for goals that are absent."""
         torch = require_torch()
         features = features_of(examples, self.configuration)
         with threads(1), torch.inference_mode():
-            found: np.ndarray = log_probabilities(self.network, features, self.configuration.hidden).numpy()
+            found: np.ndarray = log_probabilities(self._exact, features, self.configuration.hidden).numpy()
         return found
 
-    def predict(self, source: ExampleSource) -> Float[np.ndarray, "example goal"]:
-        """Return p(goal) for every example of a source, read in parts."""
+    def log_probabilities_of(self, source: ExampleSource) -> Float[np.ndarray, "example goal"]:
+        """Return log p(goal) for every example of a source, read in parts."""
+        starts = range(0, max(1, len(source)), _BATCH)
         parts = [
-            np.exp(self.log_probabilities(source.read(start, min(start + _BATCH, len(source)))))
-            for start in range(0, len(source), _BATCH)
+            self.log_probabilities(source.read(start, min(start + _BATCH, len(source)))) for start in starts
         ]
-        return np.concatenate(parts) if parts else np.zeros((0, 0))
+        return np.concatenate(parts)

@@ -22,6 +22,8 @@ from ppinfer.goals.model import LARGEST, require_range
 
 # examples that are in memory, and shuffled, at a time
 _POOL = 16384
+# few examples in large batches are a handful of steps: training would end before it has begun
+_STEPS, _LEAST_BATCH = 32, 8
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Training:
     patience : int
         Epochs without a better validation loss after which it stops; the best weights are kept.
     batch : int
-        Examples a step of Adam.
+        Examples a step of Adam, at most: where there are few, so many fewer that an epoch has about 32 steps.
     learning_rate : float
         Of Adam; it falls to nothing along half a cosine over the epochs.
     validation : float
@@ -58,7 +60,7 @@ class Training:
     8
     """
 
-    epochs: int = 60
+    epochs: int = 40
     patience: int = 8
     batch: int = 128
     learning_rate: float = 2e-3
@@ -144,14 +146,15 @@ def train(
     with threads(training.threads):
         network = build_network(configuration, training.seed)
         optimiser = torch.optim.Adam(network.parameters(), lr=training.learning_rate)
-        steps = training.epochs * max(1, math.ceil(len(source) / training.batch))
+        batch_size = min(training.batch, max(_LEAST_BATCH, len(source) // _STEPS))
+        steps = training.epochs * max(1, math.ceil(len(source) / batch_size))
         schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, steps)
         training_loss: list[float] = []
         validation_loss: list[float] = []
         best, best_weights = -1, copy.deepcopy(network.state_dict())
         for epoch in range(training.epochs):
             total = 0.0
-            for batch in _batches(source, training.batch, order_rng):
+            for batch in _batches(source, batch_size, order_rng):
                 turn = random_turns(len(batch), turn_rng) if training.turned else None
                 loss = _loss(network, batch, configuration, turn)
                 optimiser.zero_grad()

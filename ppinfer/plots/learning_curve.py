@@ -1,0 +1,87 @@
+"""How good learned prediction is against the amount of data, with the model's line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ppinfer.plots.palette import GOAL_COLOURS, INK, MUTED, quiet
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ppinfer.studies.learning import LearningRow
+
+CALIBRATION = "expected_calibration_error"
+PANELS = {
+    "loss": "mean squared error",
+    "mean_log_probability": "mean log probability [nat]",
+    CALIBRATION: "expected calibration error",
+}
+_CURVES = {
+    "learned": ("learned", GOAL_COLOURS[0], "o-"),
+    "model fitted": ("model, weights fitted", GOAL_COLOURS[2], "s-"),
+}
+_LEVELS = {
+    "model": ("model, default weights", GOAL_COLOURS[1], "--"),
+    "even": ("even odds", MUTED, ":"),
+}
+
+
+def plot_learning_curve(rows: Sequence[LearningRow], *, axes: Sequence[Axes] | None = None) -> Axes:
+    """Draw error, log probability and calibration of networks against the number of examples they were trained on.
+
+    The model needs none, or few to fit its weights to; beyond those its line is drawn on, dotted.
+
+    Parameters
+    ----------
+    rows
+        From `ppinfer.studies.learning.study_learning`.
+    axes
+        Three to draw on; a new figure by default.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        The first of the axes drawn on; its figure holds them all.
+
+    Examples
+    --------
+    >>> from ppinfer.testing.prediction_examples import example_learning_rows
+    >>> plot_learning_curve(example_learning_rows()).figure.savefig("learning.png")
+    """
+    if axes is None:
+        from matplotlib.figure import Figure
+
+        axes = Figure(figsize=(9.6, 3.4), layout="constrained").subplots(1, len(PANELS))
+    most = max((row.examples for row in rows), default=1)
+    for ax, (name, label) in zip(axes, PANELS.items(), strict=True):
+        for prediction, (text, colour, marker) in _CURVES.items():
+            found = [(row.examples, getattr(row.score, name)) for row in rows if row.prediction == prediction]
+            if found and prediction != "learned":
+                # more would change four numbers no more
+                ax.plot([found[-1][0], most], [found[-1][1]] * 2, ":", color=colour, linewidth=1.4)
+            ax.plot(
+                *zip(*found, strict=True), marker, color=colour, linewidth=1.6, markersize=4.5, label=text
+            )
+        for prediction, (text, colour, dashes) in _LEVELS.items():
+            # even odds are calibrated by their nature, and that says nothing
+            if prediction == "even" and name == CALIBRATION:
+                continue
+            for row in rows:
+                if row.prediction == prediction:
+                    value = getattr(row.score, name)
+                    ax.axhline(value, color=colour, linestyle=dashes, linewidth=1.4, label=text)
+        ax.set_xscale("log")
+        if name != "mean_log_probability":
+            ax.set_yscale("log")
+            ax.yaxis.set_major_formatter("{x:.3g}")
+            ax.yaxis.set_minor_formatter("")
+        ax.set_xlabel("examples to learn from")
+        ax.set_ylabel(label)
+        quiet(ax)
+    handles, labels = axes[0].get_legend_handles_labels()
+    axes[0].figure.legend(
+        handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize="small", labelcolor=INK
+    )
+    return axes[0]

@@ -211,10 +211,8 @@ class GoalModel(ABC):
             The parameters at hand, where which there are depends on one of them.
         """
         plain: dict[Any, type] = {"str": str, "int": int, "float": float}
-        fields: tuple[dataclasses.Field[Any], ...] = ()
-        if dataclasses.is_dataclass(cls):
-            fields = dataclasses.fields(cls)
-        return {entry.name: plain[entry.type] for entry in fields if entry.type in plain}
+        fields: Mapping[str, Any] = getattr(cls, "__dataclass_fields__", {})
+        return {name: plain[entry.type] for name, entry in fields.items() if entry.type in plain}
 
     @classmethod
     def from_parameters(cls, parameters: Mapping[str, Any]) -> GoalModel:

@@ -18,7 +18,7 @@ def example_log(
     positions_only: bool = False,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Return a study log simulated by a goal model: one agent, one segment a trial.
+    """Return a study log simulated by a goal model: one agent (and the partners it has there), one segment a trial.
 
     Parameters
     ----------
@@ -48,14 +48,15 @@ def example_log(
     logged = {}
     for name in ("velocity", "control"):
         values = getattr(evidence, name)
-        if values is not None and not positions_only:
+        # a model of several agents logs positions only
+        if values is not None and not positions_only and not evidence.partners:
             logged[name] = values[:, None]
     return build_log(
-        agents=["human"],
+        agents=["human", *(partner.name for partner in evidence.partners)],
         goals=list(design.labels),
         row_size=design.row_size,
         time=evidence.time,
-        position=evidence.position[:, None],
+        position=np.stack([evidence.position, *(partner.position for partner in evidence.partners)], axis=1),
         goal_position=design.goals,
         participant=[f"p{row // trials}" for row in range(rows)],
         segment_trial=np.arange(rows),

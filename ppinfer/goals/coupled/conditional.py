@@ -25,7 +25,8 @@ class Conditional(GeometryExpert):
     log weight_i = log sum_R q(R) sum_j p(i | j, R) / n, with q the belief over the partner's goal as in `Partner`, the
     prior goal j any of the n present, and
 
-        p(i | j, R) = softmax_i( -human_weight |theta_i - x| + robot_weight |theta_i - theta_R| - stay_weight |theta_i - theta_j| )
+        p(i | j, R) = softmax_i( -human_weight |theta_i - x| + robot_weight |theta_i - theta_R|
+                                 - stay_weight |theta_i - theta_j| )
 
     (the paper's rationality beta_c is a factor of all three weights). Summed over partners.
 
@@ -60,8 +61,8 @@ class Conditional(GeometryExpert):
     human_weight: float = 0.3
     robot_weight: float = 0.3
     stay_weight: float = 0.1
-    distance: float = 0.39
-    closing: float = 0.54
+    distance: float = 0.47
+    closing: float = 0.656
 
     def __post_init__(self) -> None:
         for name in ("human_weight", "robot_weight", "stay_weight"):

@@ -36,7 +36,7 @@ class Distance(GeometryExpert):
     name: ClassVar[str] = "distance"
     fitted: ClassVar[dict[str, str]] = {"weight": "linear"}
 
-    weight: float = 0.29
+    weight: float = 0.297
 
     def __post_init__(self) -> None:
         require_range("distance.weight", self.weight, -LARGEST, LARGEST)
@@ -74,8 +74,8 @@ class Lead(GeometryExpert):
     needs_partner: ClassVar[bool] = True
     fitted: ClassVar[dict[str, str]] = {"weight": "linear", "cap": "linear"}
 
-    weight: float = 0.18
-    cap: float = 4.0
+    weight: float = 0.136
+    cap: float = 9.1
 
     def __post_init__(self) -> None:
         require_range("lead.weight", self.weight, -LARGEST, LARGEST)

@@ -52,8 +52,8 @@ class Geometry:
     --------
     >>> from ppinfer.goals import GoalEvidence
     >>> evidence = GoalEvidence(
-    ...     time=np.arange(2.0), position=np.array([[0.0, 0.0], [0.0, 2.0]]), goals=np.array([[[0.0, 4.0], [3.0, 0.0]]]),
-    ...     row_size=np.array([2]), goal_labels=("cup", "bowl"),
+    ...     time=np.arange(2.0), position=np.array([[0.0, 0.0], [0.0, 2.0]]),
+    ...     goals=np.array([[[0.0, 4.0], [3.0, 0.0]]]), row_size=np.array([2]), goal_labels=("cup", "bowl"),
     ... )
     >>> evidence.geometry.distance[0], evidence.geometry.speed, evidence.geometry.cosine[1]
     (array([4., 3.]), array([0., 2.]), array([1., 0.]))

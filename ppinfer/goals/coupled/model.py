@@ -64,7 +64,7 @@ class GoalCoupled(GoalModel):
     starts: ClassVar[dict[str, float]] = {}
 
     experts: tuple[Expert, ...] = (Motion(), Distance(), Lead(), Partner())
-    stay: float = 0.757
+    stay: float = 0.73
 
     def __post_init__(self) -> None:
         require_range("stay", self.stay, 0.0, 1.0)

@@ -56,10 +56,10 @@ class Motion(GeometryExpert):
         "tempering": "log",
     }
 
-    concentration: float = 12.7
-    half_speed: float = 2.1
-    outliers: float = 0.063
-    tempering: float = 0.289
+    concentration: float = 63.0
+    half_speed: float = 23.0
+    outliers: float = 0.103
+    tempering: float = 0.353
 
     def __post_init__(self) -> None:
         require_range("motion.concentration", self.concentration, 0.0, LARGEST)

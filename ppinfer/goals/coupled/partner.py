@@ -36,15 +36,15 @@ class Partner(GeometryExpert):
     Examples
     --------
     >>> Partner().parameters
-    {'distance': 0.39, 'closing': 0.54}
+    {'distance': 0.47, 'closing': 0.656}
     """
 
     name: ClassVar[str] = "partner"
     needs_partner: ClassVar[bool] = True
     fitted: ClassVar[dict[str, str]] = {"distance": "linear", "closing": "linear"}
 
-    distance: float = 0.39
-    closing: float = 0.54
+    distance: float = 0.47
+    closing: float = 0.656
 
     def __post_init__(self) -> None:
         require_range("partner.distance", self.distance, -LARGEST, LARGEST)

@@ -115,6 +115,6 @@ def _walked(
 ) -> Float[np.ndarray, "sample 2"]:
     from ppinfer.goals.scans import walk
 
-    position = np.empty((len(turn), 2))
+    position: np.ndarray = np.empty((len(turn), 2))
     walk(start, goal, design.row_size, share, turn, position)
     return position

@@ -109,7 +109,8 @@ def run(args: argparse.Namespace) -> int:
     if args.figure:
         from ppinfer.plots.learning_curve import plot_learning_curve
 
-        plot_learning_curve(study.rows).figure.savefig(args.figure)
+        figure: Any = plot_learning_curve(study.rows).figure
+        figure.savefig(args.figure)
     if args.json:
         print_json(as_json(study, args))
     else:

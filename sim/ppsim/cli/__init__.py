@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from ppinfer.cli import OneLineParser, run_command
 
-COMMANDS = ("study", "reach", "watch", "record")
+COMMANDS = ("study", "reach", "watch", "record", "examples", "crossing")
 
 
 def build_parser() -> OneLineParser:

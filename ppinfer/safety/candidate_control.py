@@ -22,7 +22,7 @@ from ppinfer.safety.uncertainty import Growth
 class CandidateController:
     """Algorithm 3, and a look at the probability of what it proposes.
 
-    1. Generate candidate trajectories past the others' modes and synthetic obstacles.
+    1. Generate candidate trajectories past the others' modes and synthetic obstacles, and the pursuit without pushes.
     2. Price them: `state_weight` times the squared distance of the state from the target, plus `control_weight` times
        the squared control, over the horizon.
     3. Do the first control of the cheapest one that stays safe with probability 1 - eps (`choose_safe_plan`); the
@@ -87,7 +87,7 @@ class CandidateController:
         return candidate_trajectories(
             self.robot, state, target, others, obstacles=self.obstacles, radius=self.obstacle_radius,
             goal_clearance=self.goal_clearance, strength=self.strength, horizon=self.horizon, distance=self.distance,
-            growth=self.growth, eps=self.eps, static=self.static, rng=rng,
+            growth=self.growth, eps=self.eps, static=self.static, pursuit=True, rng=rng,
         )  # fmt: skip
 
     def costs(self, made: Candidates, target: Float[np.ndarray, " n"]) -> Float[np.ndarray, " candidate"]:

@@ -86,6 +86,7 @@ def candidate_trajectories(
     coverage: Coverage = "instant",
     eps: float = 0.05,
     static: Sequence[StaticObstacle] = (),
+    pursuit: bool = False,
     rng: np.random.Generator,
 ) -> Candidates:
     """Generate trajectories to a target that give way to the others' likely motion (Algorithm 3).
@@ -121,6 +122,9 @@ def candidate_trajectories(
         d_min (m).
     static : sequence of StaticObstacle
         What stands still: it pushes with the whole strength, and its own distance is required of it.
+    pursuit : bool
+        Whether to add, as the last candidate, the pursuit that nothing pushes. A push falls off as 1 / d only, so with
+        somebody 10 m away all others come to rest some 0.4 m from the target.
     rng : numpy.random.Generator
         Where the obstacles come from.
 
@@ -163,7 +167,7 @@ def candidate_trajectories(
         modes = np.concatenate([modes, np.repeat(where[:, None], horizon + 1, axis=1)])
         weight = np.concatenate([weight, np.ones(len(where))])
         required = np.concatenate([required, np.repeat(apart[:, None], horizon + 1, axis=1)])
-    count = len(drawn) + 1
+    count = len(drawn) + 1 + int(pursuit)
     states = np.empty((count, horizon + 1, len(state)))
     controls = np.empty((count, horizon, robot.B.shape[1]))
     smallest, margin = np.empty(count), np.empty(count)

@@ -114,16 +114,16 @@ def choose_safe_plan(
     screened = count(plans)
     among = len(plans) if method == "bonferroni" else 1
     passed = np.flatnonzero(screened.is_safe(eps, confidence, among=among) & (costs < np.inf))
-    cheapest = passed[np.argsort(costs[passed], kind="stable")]
+    cheapest = passed[np.argsort(costs[passed], kind="stable")].tolist()
     if method == "bonferroni":
         if len(cheapest):
-            return PlanChoice(int(cheapest[0]), screened[cheapest[0]], False, screened)
+            return PlanChoice(cheapest[0], screened[cheapest[0]], False, screened)
     else:
         # each attempt has rollouts of its own: those of the last one had a part in going on to the next
         needed = least_safe(rollouts, eps, confidence, attempts)
         for plan in cheapest[:attempts]:
             certificate = count(plans[plan : plan + 1])[0]
             if certificate.safe >= needed:
-                return PlanChoice(int(plan), certificate, False, screened)
+                return PlanChoice(plan, certificate, False, screened)
     best = int(np.lexsort((costs, -screened.safe))[0])
     return PlanChoice(best, screened[best], True, screened)

@@ -141,7 +141,7 @@ def body_gap(
         other_position[..., None, None, :] + np.asarray(other.start),
         other_position[..., None, None, :] + np.asarray(other.end),
     )
-    gap: np.ndarray = (apart - own[:, None] - its).min(axis=(-2, -1))
+    gap: np.ndarray = np.asarray((apart - own[:, None] - its).min(axis=(-2, -1)))
     return gap
 
 

@@ -254,6 +254,7 @@ def repel_candidates(
 ) -> None:
     """Write trajectories that pursue the target, repelled by all modes and, but for the first, by one obstacle each.
 
+    One more than that, if there is room for it, is repelled by nothing.
     `smallest` is the least distance from any mode, after the start; `margin` that beyond what is required, from the
     start on.
     """
@@ -264,15 +265,16 @@ def repel_candidates(
         states[candidate, 0] = start
         smallest[candidate] = np.inf
         margin[candidate] = np.inf
+        gamma = strength if candidate <= len(obstacles) else 0.0
         for t in range(steps + 1):
             x = states[candidate, t]
             for s in range(space):
                 position[s] = x[position_index[s]]
                 push[s] = 0.0
-            if candidate > 0 and t < steps:
-                _repel(position, obstacles[candidate - 1], strength, clip, push)
+            if 0 < candidate <= len(obstacles) and t < steps:
+                _repel(position, obstacles[candidate - 1], gamma, clip, push)
             for mode in range(len(weight)):
-                distance = _repel(position, modes[mode, t], strength * weight[mode], clip, push)
+                distance = _repel(position, modes[mode, t], gamma * weight[mode], clip, push)
                 if t > 0:
                     smallest[candidate] = min(smallest[candidate], distance)
                 margin[candidate] = min(margin[candidate], distance - required[mode, t])

@@ -87,15 +87,15 @@ def test_the_json_fits_its_schema(capsys):
 
 
 def test_the_table_says_what_was_counted(capsys):
-    assert main("crossing --runs 2 --noise .1 --controllers none --seed 2".split()) == 0
+    assert main(["crossing", "--runs", "2", "--noise", ".1", "--controllers", "none", "--seed", "2"]) == 0
     out = capsys.readouterr().out
     assert "head-on crossing, 2 runs each, eps = 0.05, seed 2" in out
     assert "none accepted" in out
 
 
 def test_bad_options_are_one_line(capsys):
-    assert main("crossing --runs 0 --controllers none".split()) == 1
+    assert main(["crossing", "--runs", "0", "--controllers", "none"]) == 1
     assert "runs must be at least 1; got 0" in capsys.readouterr().err
     with pytest.raises(SystemExit):
-        main("crossing --controllers alg4".split())
+        main(["crossing", "--controllers", "alg4"])
     assert capsys.readouterr().err.count("\n") == 1

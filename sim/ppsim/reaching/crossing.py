@@ -257,8 +257,8 @@ def _run(crossing: Crossing, controller: str, seed: int, index: int) -> Crossed:
 def summarise(runs: Sequence[Crossed], eps: float) -> dict[str, float | int | bool]:
     """Return what many runs of one controller came to.
 
-    Both rates are there: eps is about that per decision, of accepted plans if they were carried out to the end; that per
-    episode is what planning anew at every step makes of it.
+    Both rates are there: eps is about that per decision, of accepted plans if they were carried out to the end; that
+    per episode is what planning anew at every step makes of it.
 
     Examples
     --------

@@ -142,7 +142,8 @@ def _named(belief: str, known: Sequence[str], log: str) -> str:
     for candidate in (belief, *(prefix + belief for prefix in PREFIXES)):
         if candidate in known:
             return candidate
-    there = f"expected {choices(belief, known)}" if known else "it holds none over (sample, goal)"
+    short = [name.removeprefix("logged_").removeprefix("live_") for name in known]
+    there = f"expected {choices(belief, short)}" if known else "it holds none over (sample, goal)"
     raise LogError(f"{log}: the log has no belief {belief!r}: {there}")
 
 

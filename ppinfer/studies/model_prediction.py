@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -121,6 +122,6 @@ def fit_model_prediction(start: ModelPrediction, examples: PredictionExamples) -
 
     first = start.conditional
     begin = np.log([first.human_weight, first.robot_weight, first.stay_weight, start.rationality])
-    options = {"maxiter": 300, "xatol": 1e-2, "fatol": 1e-6}
+    options: Any = {"maxiter": 300, "xatol": 1e-2, "fatol": 1e-6}
     found = minimize(loss, begin, method="Nelder-Mead", options=options)
     return at(np.asarray(found.x))

@@ -9,6 +9,7 @@ from pathlib import Path
 from ppinfer.errors import LogError
 from ppinfer.report.folder import refuse_foreign_folder
 from ppinfer.report.goal_page import write_goal_page
+from ppinfer.report.interaction_page import is_interaction_log, write_interaction_page
 from ppinfer.report.play_page import is_play_log, write_play_page
 from ppinfer.report.theta_page import is_theta_posterior, write_theta_page
 from ppinfer.report.written import WrittenReport
@@ -30,19 +31,21 @@ def write_report(
     exclude: Sequence[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> WrittenReport:
-    """Write one self-contained page about a posterior or a log of parallel play, and its figures as files.
+    """Write one self-contained page about a posterior or a log, and its figures as files.
 
     Parameters
     ----------
     path
-        A posterior, over goals or over theta, or the log of a study in which a robot and a human each had a task
-        (it says when both had finished, who controlled them and how often they were stopped).
+        A posterior, over goals or over theta; the log of a study in which a robot and a human each had a task (it says
+        when both had finished, who controlled them and how often they were stopped); or a log of two agents among
+        goals in the plane.
     directory
         The folder of the report. A new one appears whole; in an existing one only an earlier report is
         replaced.
     trials
         Names of the trials to show. By default, of goals: a typical, the best and the worst scored one; of theta:
-        those in which the belief came to either side most, in which it changed most, and with most safety stops.
+        those in which the belief came to either side most, in which it changed most, and with most safety stops; of a
+        log with goals: those in which the robot makes the most of a difference.
     at, min_samples, min_distance
         Which segments are scored and after which shares of them, as in
         `ppinfer.studies.scores.score_posterior`; for goals only.
@@ -85,7 +88,8 @@ def write_report(
         "participants": participants,
         "exclude": exclude,
     }
-    return write_goal_page(source, target, trials=trials, at=at, selection=selection, progress=progress)
+    write_with_goals = write_interaction_page if is_interaction_log(source) else write_goal_page
+    return write_with_goals(source, target, trials=trials, at=at, selection=selection, progress=progress)
 
 
 def _refuse_segments(

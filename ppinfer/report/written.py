@@ -36,6 +36,12 @@ class WrittenReport:
     beliefs
         The mean belief that the human favours itself, for each robot, human and way of sharing plans; None where
         there are no beliefs over theta.
+    game_performance
+        What the page says of games with scores: ``pooled``, ``cells`` and ``differences``, as `ppsim reach` prints
+        them; None of other files.
+    conditional_scores
+        Of a log of two agents among goals: the score of each belief about the human's goal after each share of the
+        segments; None of other files.
     warnings
         What a reader has to know.
     """
@@ -48,6 +54,8 @@ class WrittenReport:
     calibration: Calibration | None = None
     task_performance: dict[str, list[dict[str, Any]]] | None = None
     beliefs: tuple[MeanBelief, ...] | None = None
+    game_performance: dict[str, list[dict[str, Any]]] | None = None
+    conditional_scores: tuple[dict[str, Any], ...] | None = None
 
     def to_json(self) -> dict[str, object]:
         """Return what ``ppinfer report --json`` prints."""
@@ -61,6 +69,13 @@ class WrittenReport:
             else self.calibration.expected_calibration_error,
             "task_performance": self.task_performance,
             "beliefs": None if self.beliefs is None else [one.to_json() for one in self.beliefs],
+            "game_performance": self.game_performance,
+            "conditional_scores": None
+            if self.conditional_scores is None
+            else [
+                {key: value for key, value in row.items() if key != "impossible"}
+                for row in self.conditional_scores
+            ],
             "warnings": list(self.warnings),
         }
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict
+from dataclasses import asdict, replace
 
 import numpy as np
 import xarray as xr
@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 from ppinfer.distributions.logspace import log_sum_exp
 from ppinfer.distributions.ragged import row_starts
 from ppinfer.errors import LogError
-from ppinfer.goals import GoalModel, infer_goals
+from ppinfer.goals import GoalLQR, GoalModel, infer_goals
 from ppinfer.goals.conditional import SoftmaxConditional, conditional_log_weights
 from ppinfer.goals.configuration import parameters_of
 from ppinfer.goals.evidence import GoalEvidence
@@ -35,6 +35,7 @@ def infer_log_conditional(
     partner: str | None = None,
     restart: Restart = "goals",
     carry: bool = False,
+    time_step: float | None = None,
 ) -> xr.Dataset:
     """Return the beliefs that a robot of Algorithm 1 would hold at every sample of a log, all in one array program.
 
@@ -45,15 +46,17 @@ def infer_log_conditional(
     log : xarray.Dataset
         A study log with goals and two agents at least, in memory.
     model : GoalModel, optional
-        How the human acts; default `paper_agent`.
+        How the human acts; default `assumed_agent`.
     robot_model : GoalModel, optional
-        How the human takes the robot to act; default `paper_agent`.
+        How the human takes the robot to act; default `assumed_agent`.
     conditional : SoftmaxConditional, optional
         How the human reacts, with its weights; default those of `SoftmaxConditional`.
     agent, partner : str, optional
         Who is predicted, and who they react to; default: ``human`` and the log's other agent.
     restart, carry
         Where the beliefs start anew within a trial, and from what; see `goal_evidence`.
+    time_step : float, optional
+        Nominal seconds between samples; default: the median of this log.
 
     Returns
     -------
@@ -87,10 +90,10 @@ def infer_log_conditional(
     """
     whose = default_agent(log) if agent is None else agent
     other = other_agent(log, whose, partner)
-    human_model = paper_agent() if model is None else model
-    mind_model = paper_agent() if robot_model is None else robot_model
+    human_model = assumed_agent(log) if model is None else model
+    mind_model = assumed_agent(log) if robot_model is None else robot_model
     reaction = SoftmaxConditional() if conditional is None else conditional
-    step = nominal_time_step(log)
+    step = nominal_time_step(log) if time_step is None else time_step
     human = goal_evidence(log, whose, restart=restart, carry=carry, time_step=step, partner=other)
     robot = goal_evidence(log, other, restart=restart, carry=carry, time_step=step, partner=whose)
     belief = infer_goals(human_model, human).log_posterior
@@ -127,6 +130,25 @@ def infer_log_conditional(
         ),
     }
     return out
+
+
+def assumed_agent(log: xr.Dataset) -> GoalLQR:
+    """Return what robot and human took each other for in a simulated game, as its log says; else `paper_agent`.
+
+    Examples
+    --------
+    >>> from ppinfer.testing import example_interaction_log
+    >>> assumed_agent(example_interaction_log()) == paper_agent()
+    True
+    """
+    try:
+        said = json.loads(str(log.attrs.get("configuration", "{}")))
+    except ValueError:
+        said = {}
+    if not isinstance(said, dict) or said.get("world") != "reaching-game":
+        return paper_agent()
+    named = ("control_weight", "state_weight", "rationality")
+    return replace(paper_agent(), **{name: float(said[name]) for name in named if name in said})
 
 
 def other_agent(log: xr.Dataset, agent: str, partner: str | None = None) -> str:

@@ -258,63 +258,83 @@ def repel_candidates(
     `smallest` is the least distance from any mode, after the start; `margin` that beyond what is required, from the
     start on.
     """
-    candidates, steps, m = controls.shape
+    count, steps, m = controls.shape
     n, space = len(start), len(position_index)
-    position, push = np.empty(space), np.empty(space)
-    for candidate in range(candidates):
-        states[candidate, 0] = start
+    # candidates side by side, so that what is done for one is done for some at once
+    x, following, u = np.empty((n, count)), np.empty((n, count)), np.empty((m, count))
+    push, source, square = np.empty((space, count)), np.zeros((space, count)), np.empty(count)
+    own, gamma = np.zeros(count), np.zeros(count)
+    for candidate in range(count):
         smallest[candidate] = np.inf
         margin[candidate] = np.inf
-        gamma = strength if candidate <= len(obstacles) else 0.0
-        for t in range(steps + 1):
-            x = states[candidate, t]
-            for s in range(space):
-                position[s] = x[position_index[s]]
-                push[s] = 0.0
-            if 0 < candidate <= len(obstacles) and t < steps:
-                _repel(position, obstacles[candidate - 1], gamma, clip, push)
-            for mode in range(len(weight)):
-                distance = _repel(position, modes[mode, t], gamma * weight[mode], clip, push)
-                if t > 0:
-                    smallest[candidate] = min(smallest[candidate], distance)
-                margin[candidate] = min(margin[candidate], distance - required[mode, t])
-            if t == steps:
-                break
-            length = 0.0
-            for i in range(m):
-                value = push[i]
-                for j in range(n):
-                    value -= K[i, j] * (x[j] - target[j])
-                controls[candidate, t, i] = value
-                length += value * value
-            length = np.sqrt(length)
-            if length > limit:
-                for i in range(m):
-                    controls[candidate, t, i] *= limit / length
+        if candidate <= len(obstacles):
+            gamma[candidate] = strength
+        if 0 < candidate <= len(obstacles):
+            own[candidate] = strength
+            source[:, candidate] = obstacles[candidate - 1]
+        x[:, candidate] = start
+    clipped = clip * clip
+    for t in range(steps + 1):
+        for candidate in range(count):
             for i in range(n):
-                value = 0.0
-                for j in range(n):
-                    value += A[i, j] * x[j]
-                for j in range(m):
-                    value += B[i, j] * controls[candidate, t, j]
-                states[candidate, t + 1, i] = value
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def _repel(
-    position: Float[np.ndarray, " space"],
-    source: Float[np.ndarray, " space"],
-    strength: float,
-    clip: float,
-    push: Float[np.ndarray, " space"],
-) -> float:
-    square = 0.0
-    for s in range(len(position)):
-        square += (position[s] - source[s]) ** 2
-    factor = strength / max(square, clip * clip)
-    for s in range(len(position)):
-        push[s] += factor * (position[s] - source[s])
-    return float(np.sqrt(square))
+                states[candidate, t, i] = x[i, candidate]
+        push[:] = 0.0
+        for s in range(space):
+            where = x[position_index[s]]
+            for c in range(count):
+                square[c] = (0.0 if s == 0 else square[c]) + (where[c] - source[s, c]) ** 2
+        for s in range(space):
+            where = x[position_index[s]]
+            for c in range(count):
+                push[s, c] += own[c] / max(square[c], clipped) * (where[c] - source[s, c])
+        for mode in range(len(weight)):
+            for s in range(space):
+                where, place = x[position_index[s]], modes[mode, t, s]
+                for c in range(count):
+                    square[c] = (0.0 if s == 0 else square[c]) + (where[c] - place) ** 2
+            needed = required[mode, t]
+            for c in range(count):
+                distance = np.sqrt(square[c])
+                if t > 0:
+                    smallest[c] = min(smallest[c], distance)
+                margin[c] = min(margin[c], distance - needed)
+                square[c] = weight[mode] * gamma[c] / max(square[c], clipped)
+            for s in range(space):
+                where, place = x[position_index[s]], modes[mode, t, s]
+                for c in range(count):
+                    push[s, c] += square[c] * (where[c] - place)
+        if t == steps:
+            break
+        for i in range(m):
+            for c in range(count):
+                u[i, c] = push[i, c]
+            for j in range(n):
+                factor, goal = K[i, j], target[j]
+                for c in range(count):
+                    u[i, c] -= factor * (x[j, c] - goal)
+        if limit < np.inf:
+            square[:] = 0.0
+            for i in range(m):
+                for c in range(count):
+                    square[c] += u[i, c] * u[i, c]
+            for i in range(m):
+                for c in range(count):
+                    length = np.sqrt(square[c])
+                    u[i, c] *= limit / length if length > limit else 1.0
+        for i in range(n):
+            following[i] = 0.0
+            for j in range(n):
+                factor = A[i, j]
+                for c in range(count):
+                    following[i, c] += factor * x[j, c]
+            for j in range(m):
+                factor = B[i, j]
+                for c in range(count):
+                    following[i, c] += factor * u[j, c]
+        for candidate in range(count):
+            for i in range(m):
+                controls[candidate, t, i] = u[i, candidate]
+        x, following = following, x
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")

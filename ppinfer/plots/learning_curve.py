@@ -50,6 +50,8 @@ def plot_learning_curve(rows: Sequence[LearningRow], *, axes: Sequence[Axes] | N
     >>> from ppinfer.testing.prediction_examples import example_learning_rows
     >>> plot_learning_curve(example_learning_rows()).figure.savefig("learning.png")
     """
+    from matplotlib.ticker import LogLocator
+
     if axes is None:
         from matplotlib.figure import Figure
 
@@ -75,7 +77,9 @@ def plot_learning_curve(rows: Sequence[LearningRow], *, axes: Sequence[Axes] | N
         ax.set_xscale("log")
         if name != "mean_log_probability":
             ax.set_yscale("log")
-            ax.yaxis.set_major_formatter("{x:.3g}")
+            # less than two decades: powers of ten alone would be one label
+            ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            ax.yaxis.set_major_formatter("{x:g}")
             ax.yaxis.set_minor_formatter("")
         ax.set_xlabel("examples to learn from")
         ax.set_ylabel(label)

@@ -67,15 +67,22 @@ human, robot = (list(log.agent.values.astype(str)).index(agent) for agent in ("h
 SECONDS = 3.0
 steps = round(SECONDS / 0.1)
 theta = posterior.marginal("theta").values
-apart = [theta[start[2 * game + 1] + steps, 1] - theta[start[2 * game] + steps, 1] for game in range(study.games)]
+apart = [
+    theta[start[2 * game + 1] + steps, 1] - theta[start[2 * game] + steps, 1] for game in range(study.games)
+]
 # a scene whose goals stay for so long with both humans
 steady = [
-    all((log.scored.values[start[trial] : start[trial] + steps] == 0).all() for trial in (2 * game, 2 * game + 1))
+    all(
+        (log.scored.values[start[trial] : start[trial] + steps] == 0).all()
+        for trial in (2 * game, 2 * game + 1)
+    )
     for game in range(study.games)
 ]
 GAME = int(np.argmax(np.where(steady, apart, -1.0)))
 
-fig, panels = plt.subplots(2, 2, figsize=(9.6, 7.2), layout="constrained", height_ratios=[1.5, 1], sharex="row")
+fig, panels = plt.subplots(
+    2, 2, figsize=(9.6, 7.2), layout="constrained", height_ratios=[1.5, 1], sharex="row"
+)
 for (above, below), trial in zip(panels.T, (2 * GAME, 2 * GAME + 1), strict=True):
     here = slice(start[trial], start[trial] + steps + 1)
     goals = log.goal_position.values[here][0]
@@ -118,15 +125,21 @@ fig, panels = plt.subplots(1, 2, figsize=(9.6, 3.4), layout="constrained", share
 for ax, (name, belief) in zip(panels, found.items(), strict=True):
     itself = belief.marginal("theta").values[:, 1].reshape(len(kind), -1)
     for who, colour in KINDS.items():
-        ax.plot(log.time.values[: itself.shape[1]], itself[kind == who].T, color=colour, linewidth=0.5, alpha=0.3)
         ax.plot(
-            log.time.values[: itself.shape[1]], itself[kind == who].mean(axis=0), color=colour, linewidth=3, label=who
+            log.time.values[: itself.shape[1]], itself[kind == who].T, color=colour, linewidth=0.5, alpha=0.3
+        )
+        ax.plot(
+            log.time.values[: itself.shape[1]],
+            itself[kind == who].mean(axis=0),
+            color=colour,
+            linewidth=3,
+            label=who,
         )
     ax.set_title(name, loc="left", fontsize="medium")
     ax.set(xlabel="time [s]", xlim=(0, 30), ylim=(-0.02, 1.02))
     ax.spines[["top", "right"]].set_visible(False)
 panels[0].set_ylabel("p(the human favours itself)")
-_ = panels[1].legend(frameon=False, loc="center right", title="human")
+_ = panels[1].legend(frameon=False, loc="upper left", bbox_to_anchor=(1.01, 1), title="human")
 
 # %% [markdown]
 # How well the two kinds are told apart at the end of a game, and where the human is heading at every

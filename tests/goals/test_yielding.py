@@ -188,7 +188,7 @@ def test_what_is_known_of_theta_is_kept_when_goals_are_new_and_forgotten_with_a_
 
 @reactions
 def test_the_personality_of_simulated_humans_is_recovered_and_calibrated(reaction):
-    model = Yielding(reaction=reaction)
+    model = Yielding(reaction=reaction, reconsiders=0.15)
     encounter, evidence, pursued = simulated(model, seed=8, encounters=400, rows=3, samples=30)
     posterior = model.infer(evidence)
     last = np.cumsum(np.bincount(evidence.encounter) * 30) - 1
@@ -210,8 +210,9 @@ def test_the_personality_of_simulated_humans_is_recovered_and_calibrated(reactio
 @pytest.mark.parametrize(("yields", "favoured"), [(True, "robot"), (False, "human")])
 def test_who_turns_away_from_the_robots_goal_favours_it_and_who_goes_on_favours_itself(yields, favoured):
     goals = np.array([[5.0, 0.0], [0.0, 5.0]])
-    agent = Yielding().motion.agent_at(0.1)
-    belief = OnlineYielding(Yielding(), dt=0.1, labels=["cup", "bowl"])
+    model = Yielding(reconsiders=0.2)
+    agent = model.motion.agent_at(0.1)
+    belief = OnlineYielding(model, dt=0.1, labels=["cup", "bowl"])
     belief.restart(goals)
     human, robot = np.array([0.0, 0.0, 0.0, 0.0]), np.array([6.0, 0.0, -5.0, 0.0])
     for step in range(25):

@@ -57,7 +57,7 @@ class Yielding:
     reaction : GoalReaction
         What a human does about the robot's goal, for either theta.
     reconsiders : float
-        rho, in [0, 1], per sample; at 10 samples a second .05 is every other second.
+        rho, in [0, 1], per sample; at 10 samples a second .05 is once in two seconds on average.
     agents : tuple of 2 str
         The robot's name and the human's: the labels of theta.
 

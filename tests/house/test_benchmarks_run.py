@@ -93,6 +93,18 @@ def test_a_replan_is_timed_stage_by_stage_and_its_table_held_against_the_physica
     assert done["stepping_pymunk"]["agree"] >= done["stepping_pymunk"]["profiles"] - 2
 
 
+def test_rollouts_and_candidates_are_timed_next_to_the_literal_algorithms():
+    done = json.loads(run("safety.py", "--quick", "--json"))
+    names = [row["name"] for row in done["rows"]]
+    for what in ("long-term safe probability", "candidates"):
+        assert {f"{what}: literal", f"{what}: ours"} <= set(names)
+        assert done["times_literal"][what] > 0
+    assert "400 plans x 1000 rollouts x 20 steps" in names
+    for row in done["rows"]:
+        assert row["least"] > 0
+        assert row["steps_per_second"] == row["steps"] / row["least_cpu"]
+
+
 def test_every_benchmark_script_says_what_it_takes():
     scripts = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
     assert {"algebra.py", "equilibria.py", "goal_posterior.py"} <= set(scripts)

@@ -52,7 +52,7 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     """Add ``reach``."""
     from ppsim.reaching import GameStudy
     from ppsim.reaching.humans import HUMANS
-    from ppsim.reaching.robots import KEEP_CLEAR, ROBOTS
+    from ppsim.reaching.robots import GOAL_ROBOTS, KEEP_CLEAR, REACTIONS, ROBOTS
     from ppsim.reaching.world import REDRAWS
 
     parser = commands.add_parser(
@@ -73,9 +73,10 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
     add(
         "--robots",
         nargs="+",
-        default=list(ROBOTS),
+        default=list(GOAL_ROBOTS),
         metavar="NAME",
-        help=f"any of {', '.join(ROBOTS)}, or module:attribute of a GoalChooser of your own (default: all of these)",
+        help=f"any of {', '.join(ROBOTS)}, or module:attribute of a GoalChooser of your own (default: all of these but "
+        "joint, which takes about ten times as long)",
     )
     add(
         "--humans",
@@ -110,6 +111,13 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
         "--resume",
         action="store_true",
         help="go on with the recording that an interrupted run left beside the log",
+    )
+    add(
+        "--reaction",
+        choices=tuple(REACTIONS),
+        default=GameStudy.reaction,
+        help="what robots take the human's reaction to their goal for: the paper's softmax, or that as long as the "
+        "human does not know the goal (default: %(default)s)",
     )
     add(
         "--keep-clear",

@@ -16,7 +16,7 @@ from ppsim.naming import checked_names
 from ppsim.reaching.humans import HUMANS, HumanSeat, make_human
 from ppsim.reaching.movement import Movement
 from ppsim.reaching.playing import Played, play, segments_of
-from ppsim.reaching.robots import ROBOTS, RobotSeat, Thought, make_robot
+from ppsim.reaching.robots import GOAL_ROBOTS, ROBOTS, RobotSeat, Thought, make_robot
 from ppsim.reaching.rules import Rules
 from ppsim.reaching.world import AGENTS, ReachingWorld, Redraw
 from ppsim.seeds import trial_seed
@@ -52,6 +52,8 @@ class GameStudy:
         Inverse temperature with which agents infer each other's goals, 1/cost.
     reactive_threshold : float
         How sure the reactive robot wants to be of the human's goal.
+    reaction : {"reacted", "softmax"}
+        What robots that predict a reaction of the human take it for; see `make_robot`.
     keep_clear : {"proactive", "all", "none"}
         Which robots keep clear of the human; see `KeepClear`.
     human_noise : float
@@ -74,7 +76,7 @@ class GameStudy:
     """
 
     games: int = 1
-    robots: tuple[str, ...] = ROBOTS
+    robots: tuple[str, ...] = GOAL_ROBOTS
     humans: tuple[str, ...] = tuple(HUMANS)
     goals: tuple[int, ...] = (3,)
     seed: int = 0
@@ -84,6 +86,7 @@ class GameStudy:
     control_weight: float = Movement.control_weight
     rationality: float = Movement.rationality
     reactive_threshold: float = 0.8
+    reaction: str = "reacted"
     keep_clear: str = "proactive"
     human_noise: float = 0.0
     separation: float = Rules.separation
@@ -164,6 +167,7 @@ class GameStudy:
             name,
             self.movement,
             reactive_threshold=self.reactive_threshold,
+            reaction=self.reaction,
             keep_clear=self.keep_clear,
         )
 

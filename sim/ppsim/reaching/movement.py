@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -43,12 +44,12 @@ class Movement:
     def __post_init__(self) -> None:
         _ = self.agent
 
-    @property
+    @cached_property
     def dynamics(self) -> Dynamics:
         """Of both agents."""
         return Dynamics.named("double-integrator", self.dt)
 
-    @property
+    @cached_property
     def model(self) -> GoalLQR:
         """What each takes the other for: eq. (22)-(27)."""
         return GoalLQR(
@@ -58,7 +59,7 @@ class Movement:
             rationality=self.rationality,
         )
 
-    @property
+    @cached_property
     def agent(self) -> NoisilyRational:
         """The agent of that model; its mean control is the best one."""
         return self.model.agent_at(self.dt)

@@ -10,25 +10,41 @@ from jaxtyping import Float
 from ppinfer.errors import PPInferError
 from ppinfer.goals.choice import (
     CHOOSERS,
+    Courtesy,
+    ExpectedCost,
     GoalChooser,
     GoalDecision,
     GoalSituation,
+    Influence,
+    JointChoice,
     NearestGoal,
     ReactToGoal,
+    Switching,
+    TrajectoryDecision,
+    point_agent,
 )
-from ppinfer.goals.conditional import overall_post
+from ppinfer.goals.choice.joint import VELOCITY_VARIANCE
+from ppinfer.goals.conditional import GoalConditional, SoftmaxConditional, overall_post
 from ppinfer.goals.prediction import BehaviourPredictor
+from ppinfer.goals.reacted import ReactedConditional
 from ppsim.errors import SimulationError
 from ppsim.naming import checked_names, made_by_name
 from ppsim.reaching.keeping_clear import KeepClear
 from ppsim.reaching.movement import Movement
 from ppsim.reaching.world import Observation
 
-#: Robots by name.
+#: All robots by name.
 ROBOTS = tuple(CHOOSERS)
+#: Those that choose a goal, and move towards it by LQR; "joint" chooses a trajectory with it, and takes its time.
+GOAL_ROBOTS = tuple(name for name in CHOOSERS if name != JointChoice.name)
 
 #: Which robots keep clear of the human.
 KEEP_CLEAR = ("proactive", "all", "none")
+
+#: What robots take the human's reaction for.
+REACTIONS: dict[str, type[GoalConditional]] = {
+    conditional.name: conditional for conditional in (ReactedConditional, SoftmaxConditional)
+}
 
 #: Steps of both agents' states that a chooser of one's own is shown.
 HISTORY = 20
@@ -64,8 +80,7 @@ class RobotSeat:
        agents did; they start anew whenever goals do.
     2. The chooser chooses a goal, or to wait.
     3. The robot moves by the best control towards it; where it waits, it brakes. One that keeps clear swerves on the
-       way where it has to. A decision that carries a ``control`` of its own, (2,) float64 in m/s^2, is carried out as
-       it is.
+       way where it has to. Of a decision for a trajectory the first control is carried out as it is.
 
     Parameters
     ----------
@@ -116,11 +131,15 @@ class RobotSeat:
         """What the log calls it."""
         return self.name
 
+    @property
+    def shows_history(self) -> bool:
+        """Whether situations hold both agents' last states: for choosers of one's own, which may look back."""
+        return self.name not in ROBOTS
+
     def reset(self, rng: np.random.Generator) -> None:
         """Begin a game without a goal."""
         # a chooser that draws takes its chance from the trial's
-        with_generator = getattr(self.chooser, "with_generator", None)
-        self._chooser: GoalChooser = self.chooser if with_generator is None else with_generator(rng)
+        self._chooser = self.chooser.with_generator(rng)
         self._drawn = -1
         self._predictor: BehaviourPredictor | None = None
         self.goal = -1
@@ -136,7 +155,7 @@ class RobotSeat:
                 dt=self.movement.dt,
                 labels=[str(goal) for goal in range(len(observation.goals))],
                 rationalities=RATIONALITIES if self.chooser.needs_rationality else None,
-                history=0 if type(self.chooser) in CHOOSERS.values() else HISTORY,
+                history=HISTORY if self.shows_history else 0,
             )
         previous = self.goal if self.goal >= 0 else None
         if observation.drawn != self._drawn:
@@ -156,9 +175,8 @@ class RobotSeat:
         self.goal = -1 if decision.goal is None else decision.goal
         thought = self._thought(situation, decision)
         self.thoughts.append(thought)
-        control = getattr(decision, "control", None)
-        if control is not None:
-            return np.asarray(control, dtype=np.float64)
+        if isinstance(decision, TrajectoryDecision):
+            return decision.control
         target = observation.position[own] if decision.goal is None else observation.goals[decision.goal]
         if self.keep_clear is not None:
             target = self.keep_clear.target(
@@ -205,6 +223,7 @@ def make_robot(
     movement: Movement | None = None,
     *,
     reactive_threshold: float = 0.8,
+    reaction: str = "reacted",
     keep_clear: str = "proactive",
 ) -> RobotSeat:
     """Return the seat of a robot.
@@ -217,6 +236,9 @@ def make_robot(
         How it moves.
     reactive_threshold : float
         How sure the reactive robot wants to be.
+    reaction : {"reacted", "softmax"}
+        How robots that predict a reaction think that the human reacts to their goal: as in `SoftmaxConditional`, or
+        that only as long as the human does not know it (`ReactedConditional`). The joint robot takes the latter anyway.
     keep_clear : {"proactive", "all", "none"}
         Who keeps clear of the human: those that predict a reaction (all but the naive and the reactive robot), all, or
         none.
@@ -238,13 +260,37 @@ def make_robot(
     checked_names("robots", [name], ROBOTS, own=True)
     if keep_clear not in KEEP_CLEAR:
         raise SimulationError(f"keep_clear must be one of {', '.join(KEEP_CLEAR)}; got {keep_clear!r}")
+    if reaction not in REACTIONS:
+        raise SimulationError(f"reaction must be one of {', '.join(REACTIONS)}; got {reaction!r}")
     movement = movement or Movement()
-    if name == ReactToGoal.name:
-        chooser: GoalChooser = ReactToGoal(threshold=reactive_threshold)
-    elif name in CHOOSERS:
-        chooser = CHOOSERS[name]()
-    else:
-        chooser = made_by_name(name, GoalChooser, what="robot")  # type: ignore[type-abstract]
+    chooser = _chooser(name, movement, reactive_threshold, REACTIONS[reaction]())
     predicts = not isinstance(chooser, NearestGoal | ReactToGoal)
     keeps = keep_clear == "all" or (keep_clear == "proactive" and predicts)
     return RobotSeat(chooser, movement, name=name, keep_clear=KeepClear(movement) if keeps else None)
+
+
+def _chooser(
+    name: str, movement: Movement, reactive_threshold: float, reaction: GoalConditional
+) -> GoalChooser:
+    influence, courtesy = Influence(conditional=reaction), Courtesy(conditional=reaction)
+    known: tuple[GoalChooser, ...] = (
+        NearestGoal(),
+        ReactToGoal(threshold=reactive_threshold),
+        influence,
+        courtesy,
+        Switching(unsure=influence, resolute=courtesy),
+        ExpectedCost(conditional=reaction),
+    )
+    for chooser in known:
+        if chooser.name == name:
+            return chooser
+    if name == JointChoice.name:
+        weights = {"state_weight": movement.state_weight, "control_weight": movement.control_weight}
+        return JointChoice(
+            robot=point_agent(movement.dt, **weights),
+            human=point_agent(movement.dt, **weights, velocity_variance=VELOCITY_VARIANCE),
+            dt=movement.dt,
+        )
+    if name in CHOOSERS:
+        return CHOOSERS[name]()
+    return made_by_name(name, GoalChooser, what="robot")  # type: ignore[type-abstract]

@@ -216,7 +216,7 @@ def test_who_turns_away_from_the_robots_goal_favours_it_and_who_goes_on_favours_
     belief.restart(goals)
     human, robot = np.array([0.0, 0.0, 0.0, 0.0]), np.array([6.0, 0.0, -5.0, 0.0])
     for step in range(25):
-        goal = 1 if yields and step > 8 else 0
+        goal = 1 if yields and step > 3 else 0
         seen = []
         for state, target in ((human, goals[goal]), (robot, goals[0])):
             control = agent.mean_control(state, agent.dynamics.goal_states(target))

@@ -28,7 +28,10 @@ def segment_distance(one, two):
         return apart @ apart
 
     found = min(
-        (minimize(squared, start, bounds=[(0, 1), (0, 1)], tol=1e-14) for start in ([0, 0], [1, 1], [0.5, 0.5])),
+        (
+            minimize(squared, start, bounds=[(0, 1), (0, 1)], tol=1e-14)
+            for start in ([0, 0], [1, 1], [0.5, 0.5])
+        ),
         key=lambda result: result.fun,
     )
     return np.sqrt(max(found.fun, 0.0))

@@ -51,9 +51,9 @@ class LqrMotion(Expert):
         "evidence_floor": "logit",
     }
 
-    control_weight: float = 5.0
-    rationality: float = 0.005
-    evidence_floor: float = 0.02
+    control_weight: float = 1500.0
+    rationality: float = 0.00016
+    evidence_floor: float = 0.0001
 
     def __post_init__(self) -> None:
         _ = self.likelihood

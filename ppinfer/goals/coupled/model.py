@@ -61,7 +61,27 @@ class GoalCoupled(GoalModel):
     name: ClassVar[str] = "goal-coupled"
     redraws: ClassVar[bool] = True
     search: ClassVar[str] = "gradient"
-    starts: ClassVar[dict[str, float]] = {}
+    # round numbers, and not the defaults, which have seen everybody: a fit that leaves people out must not begin there
+    starts: ClassVar[dict[str, float]] = {
+        "stay": 0.8,
+        "motion.concentration": 10.0,
+        "motion.half_speed": 2.0,
+        "motion.outliers": 0.05,
+        "motion.tempering": 0.3,
+        "distance.weight": 0.3,
+        "lead.weight": 0.2,
+        "lead.cap": 4.0,
+        "partner.distance": 0.4,
+        "partner.closing": 0.5,
+        "lqr.control_weight": 5.0,
+        "lqr.rationality": 0.005,
+        "lqr.evidence_floor": 0.02,
+        "conditional.human_weight": 0.3,
+        "conditional.robot_weight": 0.3,
+        "conditional.stay_weight": 0.1,
+        "conditional.distance": 0.4,
+        "conditional.closing": 0.5,
+    }
 
     experts: tuple[Expert, ...] = (Motion(), Distance(), Lead(), Partner())
     stay: float = 0.73

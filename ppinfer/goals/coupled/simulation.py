@@ -86,7 +86,8 @@ def draw_goals(
 
     probability = np.exp(infer_goals(model, evidence).log_posterior)
     drawn = rng.random(len(probability))[:, None] >= probability.cumsum(axis=1)
-    return np.minimum(drawn.sum(axis=1), probability.shape[1] - 1)
+    goals: np.ndarray = np.minimum(drawn.sum(axis=1), probability.shape[1] - 1)
+    return goals
 
 
 def _agent(
@@ -99,7 +100,7 @@ def _agent(
         if isinstance(expert, Motion):
             speed = share * np.linalg.norm(design.pursued - design.start, axis=1) / design.dt
             kappa = np.repeat(expert.concentration * speed / (speed + expert.half_speed), design.row_size)
-            turn = rng.vonmises(0.0, kappa)
+            turn: np.ndarray = rng.vonmises(0.0, kappa)
             anywhere = rng.random(len(turn)) < expert.outliers
             turn[anywhere] = rng.uniform(-np.pi, np.pi, int(anywhere.sum()))
             return _walked(design.start, design.pursued, design, share, np.asarray(turn))

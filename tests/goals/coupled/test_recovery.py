@@ -67,7 +67,7 @@ def test_goals_drawn_from_the_product_give_its_parameters_back():
 
 def test_the_noisily_rational_agent_may_be_the_one_that_moves():
     rng = np.random.default_rng(3)
-    model = GoalCoupled(experts=(LqrMotion(rationality=0.5, evidence_floor=0.0), Partner()), stay=1.0)
+    model = GoalCoupled(experts=(LqrMotion(5.0, 0.5, 0.0), Partner()), stay=1.0)
     design = GoalDesign.random(rng, rows=40, samples=20)
     belief = infer_goals(model, model.simulate(design, rng)).log_posterior.reshape(40, 20, 3)
     assert (belief[:, -1].argmax(axis=1) == design.true_goal).mean() > 0.9

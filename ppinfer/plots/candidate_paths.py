@@ -51,8 +51,8 @@ def plot_candidates(
     >>> from ppinfer.studies.interaction_safety import candidate_paths
     >>> from ppinfer.testing import example_goal_situation
     >>> found = candidate_paths(example_goal_situation(), 0, np.array([0.1, 0.8, 0.1]), rollouts=400)
-    >>> plot_candidates(found).get_title(loc="left").split(",")[0]
-    '65 candidates'
+    >>> plot_candidates(found).get_title(loc="left").split(";")[0]
+    '22 of 65 candidates safe'
     """
     ax = ax if ax is not None else new_axes(5.6, 4.6)
     positions, safe = paths.candidates.positions, paths.candidates.safe
@@ -90,9 +90,9 @@ def plot_candidates(
     plane(ax, units)
     ax.margins(0.08)
     found = paths.choice.certificate
+    kept = int(safe.sum()) if safe.any() else "none"
     ax.set_title(
-        f"{len(safe)} candidates, {int(safe.sum()) if safe.any() else 'none'} of them safe; the chosen one stays clear "
-        f"in {found.safe:,} of {found.rollouts:,} rollouts",
+        f"{kept} of {len(safe)} candidates safe; the chosen one clear in {found.safe:,} of {found.rollouts:,} rollouts",
         loc="left",
         fontsize="small",
     )

@@ -62,7 +62,7 @@ def plot_risk_map(
     ...     rng=np.random.default_rng(0),
     ... )
     >>> plot_risk_map(found).get_title(loc="left")
-    'a robot that starts here: p(nearer than 1 m within 20 steps)'
+    'p(nearer than 1 m in 20 steps), starting here'
     """
     ax = ax if ax is not None else new_axes(5.6, 4.6)
     image = _shade(ax, risk)
@@ -86,7 +86,7 @@ def plot_risk_map(
     ax.set_xlim(risk.x[0], risk.x[-1])
     ax.set_ylim(risk.y[0], risk.y[-1])
     title = ax.set_title(
-        f"a robot that starts here: p(nearer than {risk.distance:g} {units} within {risk.horizon} steps)",
+        f"p(nearer than {risk.distance:g} {units} in {risk.horizon} steps), starting here",
         loc="left",
         fontsize="small",
     )

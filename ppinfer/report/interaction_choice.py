@@ -13,8 +13,8 @@ from ppinfer.studies.interaction import Stretch
 HOW_CHOSEN = (
     "Chosen by the numbers alone, of the stretches with the same goals throughout, at least a second long, in which "
     "it is known where the human went (of all, where there are none): the one in which the belief given the robot's "
-    "goal and the belief without the robot differ most, and those in which the former gave the true goal most more "
-    "and most less probability than the latter."
+    "goal and the belief without the robot differ most; and those in which the true goal gains, and loses, most "
+    "probability by the robot's goal being known."
 )
 # a second at the usual 10 Hz
 MIN_SAMPLES = 10
@@ -88,15 +88,14 @@ def choose_stretches(
     usable = known if known.any() else usable
     chosen: dict[int, str] = {}
     most = int(np.where(usable, numbers.difference, -np.inf).argmax())
-    chosen[most] = f"most difference that the robot makes: {numbers.difference[most]:.2f} on average"
-    for pick, word in ((np.argmax, "more"), (np.argmin, "less")):
-        sign = 1.0 if word == "more" else -1.0
+    chosen[most] = f"the robot makes most difference: {numbers.difference[most]:.2f} on average"
+    for pick, sign, word in ((np.argmax, 1.0, "gains"), (np.argmin, -1.0, "loses")):
         if not known.any():
             break
         at = int(pick(np.where(known, numbers.gain, -sign * np.inf)))
         if sign * numbers.gain[at] > 0:
             chosen.setdefault(
-                at, f"most {word} probability of the true goal: {numbers.gain[at]:+.2f} on average"
+                at, f"the true goal {word} most by the robot: {abs(numbers.gain[at]):.2f} on average"
             )
     return [ChosenStretch(numbers.stretches[at], why) for at, why in chosen.items()]
 

@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 # the moment that is looked at: so long before the agents are nearest, s
 BEFORE_CLOSEST = 1.0
 _MARGIN = 1.5
+# of the running median of distances, in samples
+_HALF_WINDOW = 4
+# as near as that to the smallest distance is near, m
+_CLOSE = 0.5
 
 
 def game_figure(cells: Sequence[Mapping[str, Any]]) -> ReportFigure:
@@ -55,7 +59,7 @@ def interaction_figure(interaction: Interaction, *, number: int, why: str) -> Re
             f"Left, from top to bottom: the probability of each goal of the {agent} from its motion alone; given the "
             f"goal that the {partner} had then (Algorithm 1's b_post); and averaged over what the {agent} may take "
             f"that goal to be.{live} The strip below the lines has the colour of the goal that the {agent} went for, "
-            f"that above them of the {partner}'s. Right: the paths, from the open to the full circle, a dot each second."
+            f"that above them of the {partner}'s. Right: the paths, from open to full circle, a dot each second."
         ),
     )
 
@@ -116,9 +120,9 @@ def safety_figure(interaction: Interaction, *, rollouts: int = 1000) -> ReportFi
         png=png_of(figure),
         title=f"Trial {interaction.trial_id}, at {interaction.time[sample]:.1f} s",
         caption=(
-            f"Left: candidate trajectories to {whose} ({interaction.goals[goal]}). Blue ones keep out of where the "
-            f"{interaction.agent} may be within {paths.candidates.positions.shape[1] - 1} steps, dotted red ones do "
-            f"not; the thick one was chosen, and stays clear in {found.safe:,} of {found.rollouts:,} rollouts of its "
+            f"Left: candidate trajectories to {whose} ({interaction.goals[goal]}). Blue ones are safe as Algorithm 3 has "
+            f"it: they keep out of wherever the {interaction.agent} may well be within "
+            f"{paths.candidates.positions.shape[1] - 1} steps; dotted red ones do not. The thick one was chosen, and stays clear in {found.safe:,} of {found.rollouts:,} rollouts of its "
             f"own: that the probability of coming nearer than {paths.distance:g} {interaction.units} is at most 5 % is "
             f"{verdict}. Circles: what a safe candidate keeps out of at a few instants. Right: that probability for a "
             f"robot that starts at rest in each place and goes for the same goal; the line is at 5 %. The "
@@ -129,9 +133,17 @@ def safety_figure(interaction: Interaction, *, rollouts: int = 1000) -> ReportFi
 
 
 def safety_sample(interaction: Interaction) -> int:
-    """Return the sample to look at: the last, at least `BEFORE_CLOSEST` before the closest approach, with both seen."""
+    """Return the sample to look at: the last, at least `BEFORE_CLOSEST` before the closest approach, with both seen.
+
+    Distances are running medians: a tracker that jumps for an instant is no approach. Of agents that stand near each
+    other for long, the time they came there counts.
+    """
     seen = np.flatnonzero(~np.isnan(interaction.apart))
-    early = seen[interaction.time[seen] <= interaction.time[interaction.closest] - BEFORE_CLOSEST]
+    half = min(_HALF_WINDOW, (len(seen) - 1) // 2)
+    padded = np.pad(interaction.apart[seen], half, mode="reflect")
+    smooth = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1), axis=1)
+    closest = interaction.time[seen[int((smooth <= smooth.min() + _CLOSE).argmax())]]
+    early = seen[interaction.time[seen] <= closest - BEFORE_CLOSEST]
     return int(early[-1] if len(early) else seen[0])
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,12 +12,13 @@ from jaxtyping import Bool, Float, Int
 
 from ppinfer.distributions.logspace import log_sum_exp
 from ppinfer.distributions.ragged import row_starts
-from ppinfer.errors import LogError
+from ppinfer.errors import LogError, ModelError
 from ppinfer.goals import GoalLQR, GoalModel, infer_goals
 from ppinfer.goals.conditional import SoftmaxConditional, conditional_log_weights
 from ppinfer.goals.configuration import parameters_of
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.mental_model import infer_mental_model, paper_agent
+from ppinfer.goals.reacted import ReactedConditional
 from ppinfer.studies.goal_evidence import Restart, goal_evidence
 from ppinfer.studies.log_inference import default_agent, nominal_time_step
 
@@ -30,7 +32,7 @@ def infer_log_conditional(
     model: GoalModel | None = None,
     *,
     robot_model: GoalModel | None = None,
-    conditional: SoftmaxConditional | None = None,
+    conditional: SoftmaxConditional | ReactedConditional | None = None,
     agent: str | None = None,
     partner: str | None = None,
     restart: Restart = "goals",
@@ -39,7 +41,7 @@ def infer_log_conditional(
 ) -> xr.Dataset:
     """Return the beliefs that a robot of Algorithm 1 would hold at every sample of a log, all in one array program.
 
-    The numbers are those that a `BehaviourPredictor` and a `SoftmaxConditional` give step by step.
+    The numbers are those that a `BehaviourPredictor` and the conditional give step by step.
 
     Parameters
     ----------
@@ -49,8 +51,8 @@ def infer_log_conditional(
         How the human acts; default `assumed_agent`.
     robot_model : GoalModel, optional
         How the human takes the robot to act; default `assumed_agent`.
-    conditional : SoftmaxConditional, optional
-        How the human reacts, with its weights; default those of `SoftmaxConditional`.
+    conditional : SoftmaxConditional or ReactedConditional, optional
+        How the human reacts, with its weights; default `assumed_conditional`.
     agent, partner : str, optional
         Who is predicted, and who they react to; default: ``human`` and the log's other agent.
     restart, carry
@@ -76,6 +78,8 @@ def infer_log_conditional(
     ------
     LogError
         Where the log has no goals, not these agents, or one agent only.
+    ModelError
+        Where the conditional is of another kind: it needs situations one by one.
     ImpossibleEvidenceError
         Where every goal is ruled out.
 
@@ -92,13 +96,23 @@ def infer_log_conditional(
     other = other_agent(log, whose, partner)
     human_model = assumed_agent(log) if model is None else model
     mind_model = assumed_agent(log) if robot_model is None else robot_model
-    reaction = SoftmaxConditional() if conditional is None else conditional
+    reaction = assumed_conditional(log) if conditional is None else conditional
+    softmax = reaction.reaction if isinstance(reaction, ReactedConditional) else reaction
+    if not isinstance(softmax, SoftmaxConditional):
+        raise ModelError(
+            f"beliefs at every sample need a SoftmaxConditional, or a ReactedConditional of one; got {reaction!r}"
+        )
     step = nominal_time_step(log) if time_step is None else time_step
     human = goal_evidence(log, whose, restart=restart, carry=carry, time_step=step, partner=other)
     robot = goal_evidence(log, other, restart=restart, carry=carry, time_step=step, partner=whose)
     belief = infer_goals(human_model, human).log_posterior
     mind = infer_mental_model(robot, mind_model).log_values
-    post = post_log_beliefs(human, belief, reaction, log["row_size"].values)
+    post = post_log_beliefs(human, belief, softmax, log["row_size"].values)
+    if isinstance(reaction, ReactedConditional):
+        # who knows the robot's goal has reacted already
+        with np.errstate(divide="ignore"):
+            unaware = np.log1p(-np.minimum(np.exp(mind), 1.0))
+        post = np.logaddexp(mind[:, :, None] + belief[:, None, :], unaware[:, :, None] + post)
     overall = log_sum_exp(post + mind[:, :, None], (1,))
     robot_goal = pursued_goals(log, other)
     known = robot_goal >= 0
@@ -141,14 +155,26 @@ def assumed_agent(log: xr.Dataset) -> GoalLQR:
     >>> assumed_agent(example_interaction_log()) == paper_agent()
     True
     """
-    try:
-        said = json.loads(str(log.attrs.get("configuration", "{}")))
-    except ValueError:
-        said = {}
-    if not isinstance(said, dict) or said.get("world") != "reaching-game":
+    said = _configuration(log)
+    if said.get("world") != "reaching-game":
         return paper_agent()
     named = ("control_weight", "state_weight", "rationality")
     return replace(paper_agent(), **{name: float(said[name]) for name in named if name in said})
+
+
+def assumed_conditional(log: xr.Dataset) -> SoftmaxConditional | ReactedConditional:
+    """Return how robots of a simulated game took the human to react, as its log says; else a `SoftmaxConditional`.
+
+    Examples
+    --------
+    >>> from ppinfer.testing import example_interaction_log
+    >>> assumed_conditional(example_interaction_log()) == SoftmaxConditional()
+    True
+    """
+    said = _configuration(log)
+    if said.get("world") == "reaching-game" and said.get("reaction") == ReactedConditional.name:
+        return ReactedConditional()
+    return SoftmaxConditional()
 
 
 def other_agent(log: xr.Dataset, agent: str, partner: str | None = None) -> str:
@@ -283,3 +309,11 @@ def pursued_goals(log: xr.Dataset, agent: str) -> Int[np.ndarray, " sample"]:
                 )
                 found[here] = labels.index(goal) if goal in labels else -1
     return np.where((found >= 0) & (found < len(labels)), found, -1)
+
+
+def _configuration(log: xr.Dataset) -> dict[str, Any]:
+    try:
+        said = json.loads(str(log.attrs.get("configuration", "{}")))
+    except ValueError:
+        return {}
+    return said if isinstance(said, dict) else {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -153,8 +154,7 @@ def situation_at(interaction: Interaction, sample: int) -> GoalSituation:
     present = ~np.isnan(places).any(axis=1)
     axis = Axis("goal", interaction.goals)
     goal = int(interaction.partner_goal[sample])
-    agent = point_agent()
-    states = _at_rest(agent, position)
+    states = _at_rest(_usual_robot(), position)
     # [px, vx, py, vy]; a velocity across a dropout is not known
     states[:, [1, 3]] = np.nan_to_num(velocity)
     return GoalSituation(
@@ -190,7 +190,7 @@ def human_mover(
     >>> human_mover(example_goal_situation(), np.array([0.5, 0.25, 0.25])).modes
     3
     """
-    moves = point_agent(velocity_variance=VELOCITY_VARIANCE) if agent is None else agent
+    moves = _usual_human() if agent is None else agent
     there = np.arange(len(post)) if situation.present is None else np.flatnonzero(situation.present)
     return Mover(
         moves, situation.human, _at_rest(moves, situation.goals[there]), post[there] / post[there].sum()
@@ -272,7 +272,7 @@ def candidate_paths(
     >>> len(found.candidates), found.choice.flagged
     (65, False)
     """
-    moves = point_agent() if robot is None else robot
+    moves = _usual_robot() if robot is None else robot
     mover = human_mover(situation, post, human)
     place = situation.goals[goal]
     start = _at_rest(moves, place[None])[0]
@@ -306,6 +306,16 @@ def candidate_paths(
         rng=np.random.default_rng([seed, 1]),
     )
     return CandidatePaths(goal, place, made, obstacles, mover, choice, distance, eps)
+
+
+@lru_cache(maxsize=1)
+def _usual_robot() -> LinearAgent:
+    return point_agent()
+
+
+@lru_cache(maxsize=1)
+def _usual_human() -> LinearAgent:
+    return point_agent(velocity_variance=VELOCITY_VARIANCE)
 
 
 def _at_rest(agent: LinearAgent, places: Float[np.ndarray, "place space"]) -> Float[np.ndarray, "place n"]:

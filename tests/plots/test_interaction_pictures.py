@@ -151,7 +151,7 @@ def test_candidates_are_drawn_as_safe_or_unsafe_and_the_chosen_one_on_top(paths)
     (chosen,) = drawn["chosen"]
     np.testing.assert_array_equal(chosen.get_xydata(), paths.candidates.positions[paths.choice.plan])
     np.testing.assert_array_equal(lines_of(ax)["synthetic obstacles"].get_xydata(), paths.obstacles)
-    assert ax.get_title(loc="left").startswith(f"65 candidates, {safe.sum()} of them safe; ")
+    assert ax.get_title(loc="left").startswith(f"{safe.sum()} of 65 candidates safe; ")
     # one set of circles for each mode: 10 % is a mode, too
     assert len(ax.patches) == 3 * 5
 

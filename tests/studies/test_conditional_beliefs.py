@@ -1,15 +1,22 @@
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from ppinfer.errors import LogError
+from ppinfer.errors import LogError, ModelError
 from ppinfer.goals import GoalLQR
 from ppinfer.goals.conditional import SoftmaxConditional, overall_post
 from ppinfer.goals.mental_model import paper_agent
 from ppinfer.goals.prediction import BehaviourPredictor
+from ppinfer.goals.reacted import ReactedConditional
 from ppinfer.studies import build_log, infer_log_conditional, select_trials
-from ppinfer.studies.conditional_beliefs import other_agent, pursued_goals
+from ppinfer.studies.conditional_beliefs import (
+    assumed_agent,
+    assumed_conditional,
+    other_agent,
+    pursued_goals,
+)
 from ppinfer.testing import example_interaction_log, example_log
 
 
@@ -39,11 +46,14 @@ def step_by_step(log, conditional, **models):
     return {name: np.exp(np.array(values)) for name, values in told.items()}
 
 
-def test_offline_beliefs_are_those_that_a_robot_holds_step_by_step():
+@pytest.mark.parametrize(
+    "conditional", [SoftmaxConditional(), ReactedConditional(SoftmaxConditional(1.0, 2.0, 0.5, 0.3))]
+)
+def test_offline_beliefs_are_those_that_a_robot_holds_step_by_step(conditional):
     log = example_interaction_log()
-    beliefs = infer_log_conditional(log)
+    beliefs = infer_log_conditional(log, conditional=conditional)
     for trial in range(2):
-        live = step_by_step(select_trials(log, [trial]), SoftmaxConditional())
+        live = step_by_step(select_trials(log, [trial]), conditional)
         here = slice(30 * trial, 30 * (trial + 1))
         for name, values in live.items():
             np.testing.assert_allclose(np.exp(beliefs[name].values[here]), values, atol=1e-10, err_msg=name)
@@ -64,7 +74,7 @@ def test_goals_that_move_or_are_absent_and_a_human_out_of_sight_are_as_they_are_
         position=position,
         goal_position=goals,
     )
-    conditional = SoftmaxConditional(1.0, 2.0, 0.5, 0.3)
+    conditional = ReactedConditional(SoftmaxConditional(1.0, 2.0, 0.5, 0.3))
     models = {"human_model": GoalLQR(rationality=0.01, stay=0.95), "robot_model": paper_agent(1e-3)}
     live = step_by_step(moved, conditional, **models)
     beliefs = infer_log_conditional(
@@ -133,3 +143,20 @@ def test_one_agent_alone_or_an_unknown_one_is_refused():
         infer_log_conditional(example_log(participants=1, trials=1))
     with pytest.raises(LogError, match="cannot react to 'dog'; the log has 'robot'"):
         other_agent(example_interaction_log(), "human", "dog")
+
+
+def test_a_conditional_that_needs_situations_one_by_one_is_refused():
+    other = ReactedConditional(ReactedConditional())
+    with pytest.raises(ModelError, match="need a SoftmaxConditional, or a ReactedConditional of one"):
+        infer_log_conditional(example_interaction_log(), conditional=other)
+
+
+def test_a_simulated_games_own_agents_and_reaction_are_taken_from_its_log():
+    log = example_interaction_log()
+    said = {"world": "reaching-game", "reaction": "reacted", "rationality": 1e-3, "control_weight": 2.0}
+    log.attrs["configuration"] = json.dumps(said)
+    assert assumed_agent(log) == replace(paper_agent(1e-3), control_weight=2.0)
+    assert assumed_conditional(log) == ReactedConditional()
+    for other in ("{", "[]", json.dumps({**said, "world": "another"})):
+        log.attrs["configuration"] = other
+        assert (assumed_agent(log), assumed_conditional(log)) == (paper_agent(), SoftmaxConditional())

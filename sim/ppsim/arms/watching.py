@@ -7,43 +7,7 @@ from pathlib import Path
 
 import xarray as xr
 
-from ppinfer.errors import LogError
-from ppinfer.studies import select_trials
 from ppinfer.studies.progress import ProgressCallback, silent
-
-
-def one_trial(log: xr.Dataset, trial: str | None = None, *, where: str = "the log") -> xr.Dataset:
-    """Return one trial of a log, by its id; the first one where none is named.
-
-    Parameters
-    ----------
-    log : xarray.Dataset
-        A study log.
-    trial : str, optional
-        The trial's id.
-    where : str
-        What an error calls the log.
-
-    Raises
-    ------
-    LogError
-        If there is no such trial.
-
-    Examples
-    --------
-    >>> from ppinfer.testing import example_log
-    >>> one_trial(example_log(participants=1, trials=3)).sizes["trial"]
-    1
-    """
-    names = [str(name) for name in log["trial_id"].values]
-    if not names:
-        raise LogError(f"{where} holds no trial")
-    if trial is not None and trial not in names:
-        raise LogError(
-            f"{where} has no trial {trial!r}; it holds {len(names)}: {', '.join(map(repr, names[:10]))}"
-            f"{', ...' * (len(names) > 10)}"
-        )
-    return select_trials(log, [0 if trial is None else names.index(trial)])
 
 
 def draw_trial(
@@ -54,7 +18,7 @@ def draw_trial(
     Parameters
     ----------
     log : xarray.Dataset
-        Of one trial of two arms; see `one_trial`.
+        Of one trial of two arms; see `ppsim.one_trial.one_trial`.
     path : path
         Ends in ``.gif``, or in ``.mp4`` (extra ``video``).
     fps : int
@@ -71,7 +35,7 @@ def draw_trial(
     """
     from ppsim.arms.recorded import read_recorded
     from ppsim.arms.trial_picture import STOP_SHADES, TrialPicture
-    from ppsim.arms.video import Frame, check_video_path, write_video
+    from ppsim.video import Frame, check_video_path, write_video
 
     target = Path(path)
     check_video_path(target)

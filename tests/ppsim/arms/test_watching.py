@@ -14,10 +14,11 @@ from ppinfer.testing import example_log
 from ppsim.arms.recorded import read_recorded
 from ppsim.arms.study import ArmsStudy
 from ppsim.arms.trial_picture import TrialPicture
-from ppsim.arms.video import write_video
-from ppsim.arms.watching import draw_trial, one_trial
+from ppsim.arms.watching import draw_trial
 from ppsim.errors import SimulationError
+from ppsim.one_trial import one_trial
 from ppsim.study import log_of_study
+from ppsim.video import write_video
 
 
 @pytest.fixture(scope="module")

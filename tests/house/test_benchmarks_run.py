@@ -105,6 +105,17 @@ def test_rollouts_and_candidates_are_timed_next_to_the_literal_algorithms():
         assert row["steps_per_second"] == row["steps"] / row["least_cpu"]
 
 
+def test_games_and_a_step_of_algorithm_1_are_timed_next_to_the_literal_one():
+    done = json.loads(run("reaching.py", "--quick", "--json"))
+    names = [row["name"] for row in done["rows"]]
+    assert "a game: expected-cost" in names
+    for part in ("beliefs", "choice of a goal", "choice of goal and trajectory", "whole Algorithm 1"):
+        assert f"a step: {part}" in names
+    assert {"literal: beliefs and reactions", "literal: candidates"} <= set(names)
+    assert all(row["least"] > 0 and row["least_cpu"] >= 0 for row in done["rows"])
+    assert done["times_literal"] > 0
+
+
 def test_every_benchmark_script_says_what_it_takes():
     scripts = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
     assert {"algebra.py", "equilibria.py", "goal_posterior.py"} <= set(scripts)

@@ -45,3 +45,8 @@ def test_a_goal_given_up_ends_a_segment_and_what_the_trial_cuts_off_is_none():
 def test_turning_to_a_goal_that_one_is_at_is_no_segment():
     trial = played([10, 10, 10], [1, 0, 0], [0] * 3)
     assert segments_of(trial, 0, "human", 0.5) == [Segment("human", 0, 1, "1")]
+
+
+def test_a_wait_is_no_segment_and_ends_one():
+    trial = played([0, 2, 4, 4, 4, 7, 9.8, 10], [0, 0, -1, -1, 0, 0, 0, 0], [0] * 8)
+    assert segments_of(trial, 0, "human", 0.5) == [Segment("human", 0, 2, "0"), Segment("human", 4, 6, "0")]

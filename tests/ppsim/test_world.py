@@ -161,3 +161,37 @@ def test_the_goal_reached_is_the_one_within_the_radius():
 def test_the_world_and_its_seats_speak_the_protocol():
     assert isinstance(ReachingWorld(Rules(), DOUBLE), World)
     assert isinstance(NoisilyRationalSeat(NoisilyRational.lqr(DOUBLE), NearestGoal()), Seat)
+
+
+def test_with_redraw_picked_only_the_picked_goals_are_drawn_anew_apart_from_those_that_stay():
+    rules = Rules(goals=4)
+    world = ReachingWorld(rules, SINGLE, redraw="picked")
+    seen = world.reset(0)
+    before = seen["human"].goals
+    seen, events = steer(world, seen, {"human": before[2], "robot": before[0]})
+    assert any(isinstance(event, Scored) for event in events)
+    after = seen["human"]
+    np.testing.assert_array_equal(after.goals[[1, 3]], before[[1, 3]])
+    assert (after.goals[[0, 2]] != before[[0, 2]]).any(axis=1).all()
+    apart = np.linalg.norm(after.goals[:, None] - after.goals, axis=-1)[np.triu_indices(4, 1)]
+    assert (apart >= rules.separation).all()
+    assert (np.linalg.norm(after.goals[[0, 2], None] - before[[2, 0]], axis=-1) >= rules.clearance).all()
+
+
+def test_the_kth_draw_of_picked_goals_is_the_same_whenever_it_comes():
+    draws = []
+    for wait in (0, 7):
+        world = ReachingWorld(Rules(goals=3, clearance=0.6), SINGLE, redraw="picked")
+        seen = world.reset(6)
+        for _ in range(wait):
+            seen, _ = world.step(STILL)
+        for _ in range(3):
+            goals = seen["human"].goals
+            seen, _ = steer(world, seen, {"human": goals[2], "robot": goals[0]})
+        draws.append(seen["human"].goals)
+    np.testing.assert_array_equal(*draws)
+
+
+def test_another_way_of_drawing_anew_is_refused():
+    with pytest.raises(SimulationError, match="redraw must be one of all, picked; got 'none'"):
+        ReachingWorld(Rules(), SINGLE, redraw="none")

@@ -53,8 +53,8 @@ class SafeController:
     2. Else find a safe state near the robot, and add a control that draws there, -gamma / d^2 (x - x_safe), d clipped.
     3. The robot is not in that state, so the step itself is checked: it is followed by pursuing the target, or by
        pursuing the safe state and staying there. If neither is safe the pull is made stronger, by `stronger`. The first
-       that is safe, with the correction for all that are looked at, is done; otherwise the one with the largest count,
-       flagged.
+       that is safe, with the correction for all that are looked at and for the look before, is done; otherwise the one
+       with the largest count, flagged.
 
     Parameters
     ----------
@@ -140,7 +140,8 @@ class SafeController:
             self.robot, state, target, others, horizon=self.horizon, rng=rng, **common
         )
         states, controls = nominal_motion(self.robot, state[None], target[None], self.horizon)
-        if certificate.is_safe(self.eps, self.confidence):
+        # two looks share what is left of the confidence: this one, and that at the steps
+        if certificate.is_safe(self.eps, self.confidence, among=2):
             return SafeControl(controls[0, 0], self.robot.position(states[0]), certificate, None, False)
         safe_state = find_safe_state(
             self.robot, state, target, others, horizon=self.horizon, eps=self.eps, confidence=self.confidence,
@@ -149,7 +150,7 @@ class SafeController:
         )  # fmt: skip
         pulls, plans = self._steps(state, target, safe_state.state)
         counts = plan_safe_probability(plans, others, robot=self.robot, rng=rng, **common)
-        enough = counts.is_safe(self.eps, self.confidence)
+        enough = counts.is_safe(self.eps, self.confidence, among=2 * len(plans))
         best = int(np.argmax(enough)) if enough.any() else int(np.argmax(counts.safe))
         return SafeControl(pulls[best], plans[best], counts[best], safe_state, not enough[best])
 

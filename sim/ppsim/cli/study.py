@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -184,6 +183,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _print(performance: TaskPerformance, study: ArmsStudy, output: Path, resumed: int) -> None:
     from ppinfer.cli.output import print_table
+    from ppsim.cli.intervals import with_sem
 
     print(f"{output}: {study.trials} trials in {study.scenes} scenes, seed {study.seed}")
     if resumed:
@@ -192,7 +192,7 @@ def _print(performance: TaskPerformance, study: ArmsStudy, output: Path, resumed
     titles = ("total s", "robot s", "human s", "stops", "episodes", "failures")
 
     def told(row: dict[str, Any]) -> list[str]:
-        return [_with_sem(row[name], row[f"{name}_sem"], 2 if name.endswith("_s") else 3) for name in metrics]
+        return [with_sem(row[name], row[f"{name}_sem"], 2 if name.endswith("_s") else 3) for name in metrics]
 
     for plan_sets in study.plan_sets:
         pooled = [row for row in performance.pooled() if row["plan_sets"] == plan_sets]
@@ -218,7 +218,7 @@ def _print(performance: TaskPerformance, study: ArmsStudy, output: Path, resumed
                 f"{plan_sets} plan sets, paired differences [95 % interval]",
                 ("robot", "less", "total s", "stops"),
                 [
-                    [times["robot"], times["against"], _interval(times), _interval(stops)]
+                    [times["robot"], times["against"], _difference(times), _difference(stops)]
                     for times, stops in zip(rows[::2], rows[1::2], strict=True)
                 ],
             )
@@ -227,11 +227,7 @@ def _print(performance: TaskPerformance, study: ArmsStudy, output: Path, resumed
     )
 
 
-def _with_sem(mean: float, sem: float, digits: int) -> str:
-    # one scene says nothing of how scenes differ
-    return f"{mean:.{digits}f}" + (f" ± {sem:.{digits}f}" if math.isfinite(sem) else "")
+def _difference(row: dict[str, Any]) -> str:
+    from ppsim.cli.intervals import with_interval
 
-
-def _interval(row: dict[str, Any]) -> str:
-    interval = f" [{row['low']:+.3f}, {row['high']:+.3f}]" if math.isfinite(row["low"]) else ""
-    return f"{row['mean']:+.3f}{interval}"
+    return with_interval(row["mean"], row["low"], row["high"])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
@@ -21,6 +21,7 @@ from ppinfer.plots.workspace import draw_paths
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from ppinfer.studies.interaction import Interaction
 
@@ -29,7 +30,7 @@ _BELOW, _ABOVE, _HEIGHT = -0.14, 1.07, 0.07
 
 
 def plot_conditional_belief(
-    interaction: Interaction, *, title: str | None = None, axes: tuple[Axes, ...] | None = None
+    interaction: Interaction, *, title: str | None = None, figure: Figure | None = None
 ) -> tuple[Axes, ...]:
     """Draw the belief over the human's goal through an interaction, before and after the reaction to the robot.
 
@@ -44,18 +45,18 @@ def plot_conditional_belief(
         From `ppinfer.studies.interaction.read_interaction`.
     title
         Default: the trial's name.
-    axes
-        One for each belief, then one for the paths; a new figure by default.
+    figure
+        Where to draw; a new one by default.
 
     Returns
     -------
     tuple of matplotlib.axes.Axes
-        The axes drawn on, in that order.
+        One for each belief, then that of the paths.
 
     Raises
     ------
     LogError
-        If the number of axes is another, or positions have one coordinate only.
+        If positions have one coordinate only.
 
     Examples
     --------
@@ -71,9 +72,7 @@ def plot_conditional_belief(
     if interaction.position.shape[2] < 2:
         raise LogError("paths in the plane need two coordinates of position")
     shown = _beliefs(interaction)
-    panels = _new_panels(len(shown)) if axes is None else axes
-    if len(panels) != len(shown) + 1:
-        raise LogError(f"{len(shown)} beliefs and the paths need {len(shown) + 1} axes; got {len(panels)}")
+    panels = _new_panels(len(shown), figure)
     *lines, paths = panels
     for ax, (name, probability) in zip(lines, shown, strict=True):
         _draw_belief(ax, interaction, probability)
@@ -86,7 +85,7 @@ def plot_conditional_belief(
     draw_paths(paths, interaction)
     said = f"trial {interaction.trial_id}" if title is None else title
     paths.set_title(said, loc="left", fontsize="medium").set_parse_math(False)
-    _legend(paths, interaction, whole_figure=axes is None)
+    _legend(paths, interaction)
     return panels
 
 
@@ -159,7 +158,7 @@ def _strip_key(ax: Axes, interaction: Interaction) -> None:
         )
 
 
-def _legend(ax: Axes, interaction: Interaction, *, whole_figure: bool) -> None:
+def _legend(ax: Axes, interaction: Interaction) -> None:
     from matplotlib.lines import Line2D
 
     handles, labels = ax.get_legend_handles_labels()
@@ -175,13 +174,11 @@ def _legend(ax: Axes, interaction: Interaction, *, whole_figure: bool) -> None:
             )
         )
         labels.append(f"goal {interaction.goals[goal]}")
-    place: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (0, -0.2), "ncols": 3}
-    if whole_figure:
-        place = {"loc": "outside lower left", "ncols": 8}
-    legend = (ax.figure if whole_figure else ax).legend(
+    legend = ax.figure.legend(
         handles,
         labels,
-        **place,
+        loc="outside lower left",
+        ncols=8,
         frameon=False,
         fontsize="small",
         handlelength=1.4,
@@ -192,10 +189,11 @@ def _legend(ax: Axes, interaction: Interaction, *, whole_figure: bool) -> None:
         text.set_parse_math(False)
 
 
-def _new_panels(beliefs: int) -> tuple[Axes, ...]:
-    from matplotlib.figure import Figure
+def _new_panels(beliefs: int, figure: Figure | None) -> tuple[Axes, ...]:
+    if figure is None:
+        from matplotlib.figure import Figure as NewFigure
 
-    figure = Figure(figsize=(10.4, max(4.0, 0.8 + 1.1 * beliefs)), layout="constrained")
+        figure = NewFigure(figsize=(10.4, max(4.0, 0.8 + 1.1 * beliefs)), layout="constrained")
     grid = figure.add_gridspec(beliefs, 2, width_ratios=[1.55, 1])
     first = figure.add_subplot(grid[0, 0])
     others = [figure.add_subplot(grid[row, 0], sharex=first) for row in range(1, beliefs)]

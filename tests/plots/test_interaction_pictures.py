@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 
 from ppinfer.errors import LogError
 from ppinfer.goals.choice.joint import point_agent
@@ -103,9 +104,14 @@ def test_names_from_a_log_are_text_and_not_mathematics(interaction):
     assert axes[-1].get_title(loc="left") == "trial $t$"
 
 
-def test_another_number_of_axes_is_refused(interaction):
-    with pytest.raises(LogError, match="5 beliefs and the paths need 6 axes; got 1"):
-        plot_conditional_belief(interaction, axes=plot_conditional_belief(interaction)[:1])
+def test_it_is_drawn_on_the_figure_that_is_given(interaction):
+    figure = Figure(layout="constrained")
+    assert {ax.figure for ax in plot_conditional_belief(interaction, figure=figure)} == {figure}
+
+
+def test_positions_on_a_line_have_no_paths(interaction):
+    with pytest.raises(LogError, match="two coordinates"):
+        plot_conditional_belief(replace(interaction, position=interaction.position[..., :1]))
 
 
 def test_a_risk_map_shows_its_numbers_where_they_belong():

@@ -150,7 +150,7 @@ pd.DataFrame(rows).T
 #
 # The mean logarithm of the probability of the goal that the human went for (0 is perfect), after a quarter,
 # a half and three quarters of each way there. “Given” takes the robot's goal from the log; “overall” does not
-need to know it. None of these parameters were fitted. Of people, more goals are told right with the robot's goal
+# need to know it. None of these parameters were fitted. Of people, more goals are told right with the robot's goal
 # than without it while little of the way is seen. The simulated humans' segments begin when they set out, straight for
 # a goal that they have chosen by then: there motion alone says nearly all.
 

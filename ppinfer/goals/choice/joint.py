@@ -100,7 +100,8 @@ class JointChoice(GoalChooser):
     """The pair of a goal and a safe trajectory to it with the least cost J (Algorithm 1).
 
     1. For every goal r of the robot, candidate trajectories are generated that give way to the human's motion under
-       b_post(. | r) (Algorithm 3); where none of them is safe, the one that stays farthest.
+       b_post(. | r) (Algorithm 3), and the one that minds nobody; where none of them is safe, the one that stays
+       farthest.
     2. J(trajectory, r) = sum_i b_post(i | r) [max(d_R(r) + lag, d_H(i)) + penalty [i = r]] +
        change_weight |theta_r - previous| + control_weight sum |u|^2 dt + violation_weight max(0, bound - eps),
        where lag is how many metres the trajectory is behind one that minds nobody, on average over the horizon, and
@@ -251,6 +252,8 @@ class JointChoice(GoalChooser):
                 horizon=self.horizon,
                 distance=self.distance,
                 eps=self.eps,
+                # a push never vanishes: without this one the robot would stop short of its goal
+                pursuit=True,
                 rng=rng,
             )
             offered = np.flatnonzero(candidates.safe)

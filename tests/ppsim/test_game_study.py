@@ -191,7 +191,7 @@ def test_the_json_fits_its_schema_and_the_log(tmp_path, capsys):
     schema = json.loads((files("ppsim") / "schemas" / "reach.schema.json").read_text())
     jsonschema.Draft202012Validator.check_schema(schema)
     target = tmp_path / "log.nc"
-    for goals in (["3"], ["3", "4"]):
+    for goals, humans in ((["3"], ["waiting"]), (["3", "4"], ["moving", "stubborn"])):
         command = [
             "reach",
             "--games",
@@ -204,7 +204,7 @@ def test_the_json_fits_its_schema_and_the_log(tmp_path, capsys):
             "--seed",
             "3",
         ]
-        assert main([*command, "--goals", *goals, "-o", str(target), "--json"]) == 0
+        assert main([*command, "--goals", *goals, "--humans", *humans, "-o", str(target), "--json"]) == 0
         printed = capsys.readouterr()
         assert printed.err == ""
         told = json.loads(printed.out)
@@ -213,7 +213,7 @@ def test_the_json_fits_its_schema_and_the_log(tmp_path, capsys):
         assert told["pooled"] == performance.pooled()
         assert [row["robot"] for row in told["pooled"]] == ["naive", "influence"] * len(goals)
         assert all(("goals" in row) == (len(goals) > 1) for row in told["pooled"])
-        assert {row["human"] for row in told["cells"]} == {"waiting", "moving", "stubborn"}
+        assert {row["human"] for row in told["cells"]} == set(humans)
         row = told["pooled"][0]
         assert set(row) - {"robot", "goals"} == {
             f"{name}{end}" for name in GAME_METRICS for end in ("", "_sem")

@@ -1,4 +1,4 @@
-"""``ppinfer report``: a posterior, or a log of parallel play, as one page to read."""
+"""``ppinfer report``: a posterior, or a log of two agents, as one page to read."""
 
 from __future__ import annotations
 
@@ -17,6 +17,10 @@ of a log of parallel play   (a robot and a human, each with a task: 'ppsim study
                             safety stops of every robot, paired differences, each Bayesian robot against each
                             human, what robots believed of whom, the posterior over theta through some trials
 of a posterior over theta   what was believed of whom, and the posterior through some trials
+of a log of two agents      (with goals in the plane: 'ppsim reach' and 'ppsim record reaching' write such, and the
+  among goals               reaching study is one) the game's scores, the belief about the human's goal with and without
+                            the robot through some interactions, beside those held live, the scores of all of
+                            them, candidate trajectories and a risk map
 """
 
 _EPILOG = """\
@@ -30,7 +34,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     """Add the command and its arguments."""
     parser = commands.add_parser(
         "report",
-        help="one self-contained page with figures about a posterior or a log of parallel play",
+        help="one self-contained page with figures about a posterior or a log of two agents",
         description=_DESCRIPTION,
         epilog=_EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -38,7 +42,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     parser.add_argument(
         "posterior",
         metavar="POST.nc",
-        help="a posterior, as 'ppinfer infer' writes it, or a log of parallel play",
+        help="a posterior, as 'ppinfer infer' writes it, or a log of two agents",
     )
     parser.add_argument(
         "-o", "--output", required=True, metavar="DIR", help="the folder that the page goes to"
@@ -48,7 +52,8 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         nargs="+",
         metavar="ID",
         help="trials to show (default: goals: the best, a typical and the worst scored one; theta: those whose belief "
-        "is the highest, the lowest and changes most, and that with most safety stops)",
+        "is the highest, the lowest and changes most, and that with most safety stops; two agents among goals: those in "
+        "which the robot makes most of a difference)",
     )
     add_share_argument(parser)
     add_selection_arguments(parser)

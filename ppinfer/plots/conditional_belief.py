@@ -164,15 +164,9 @@ def _legend(ax: Axes, interaction: Interaction) -> None:
     handles, labels = ax.get_legend_handles_labels()
     present = (~np.isnan(interaction.places).any(axis=2)).any(axis=0)
     for goal in np.flatnonzero(present).tolist():
-        handles.append(
-            Line2D(
-                [],
-                [],
-                color=goal_colour_among_agents(goal),
-                linestyle=goal_dashes_among_agents(goal),
-                linewidth=2,
-            )
-        )
+        handle = Line2D([], [], color=goal_colour_among_agents(goal), linewidth=2)
+        handle.set_linestyle(goal_dashes_among_agents(goal))
+        handles.append(handle)
         labels.append(f"goal {interaction.goals[goal]}")
     legend = ax.figure.legend(
         handles,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,7 +52,7 @@ def goal_colour_among_agents(index: int) -> str:
     return _AMONG_AGENTS[index % len(_AMONG_AGENTS)]
 
 
-def goal_dashes_among_agents(index: int) -> str:
+def goal_dashes_among_agents(index: int) -> Literal["-", "--", ":", "-."]:
     """Return a line style that tells apart goals whose colours among agents repeat.
 
     Examples
@@ -60,7 +60,8 @@ def goal_dashes_among_agents(index: int) -> str:
     >>> goal_dashes_among_agents(4), goal_dashes_among_agents(5)
     ('-', '--')
     """
-    return ("-", "--", ":", "-.")[index // len(_AMONG_AGENTS) % 4]
+    dashes: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
+    return dashes[index // len(_AMONG_AGENTS) % 4]
 
 
 def new_axes(width: float = 6.4, height: float = 3.2) -> Axes:

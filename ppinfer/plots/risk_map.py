@@ -70,7 +70,7 @@ def plot_risk_map(
         bar = ax.figure.colorbar(image, ax=ax, shrink=0.75, pad=0.02)
         bar.set_label("probability of a violation", fontsize="small")
         bar.ax.tick_params(labelsize="small")
-        bar.outline.set_visible(False)  # type: ignore[operator]
+        bar.outline.set_visible(False)
     if risk.probability.min() < _EPS < risk.probability.max():
         ax.contour(risk.x, risk.y, risk.probability, levels=[_EPS], colors=[WARNING], linewidths=0.9)
     for other in risk.others:

@@ -159,11 +159,14 @@ def assumed_agent(log: xr.Dataset) -> GoalLQR:
     if said.get("world") != "reaching-game":
         return paper_agent()
     named = ("control_weight", "state_weight", "rationality")
-    return replace(paper_agent(), **{name: float(said[name]) for name in named if name in said})
+    values: dict[str, Any] = {name: float(said[name]) for name in named if name in said}
+    return replace(paper_agent(), **values)
 
 
 def assumed_conditional(log: xr.Dataset) -> SoftmaxConditional | ReactedConditional:
     """Return how robots of a simulated game took the human to react, as its log says; else a `SoftmaxConditional`.
+
+    It is what the log says of influence and expected-cost; other robots may have taken it for something else.
 
     Examples
     --------
@@ -191,7 +194,7 @@ def other_agent(log: xr.Dataset, agent: str, partner: str | None = None) -> str:
     >>> other_agent(example_interaction_log(), "human")
     'robot'
     """
-    others = [name for name in log["agent"].values.astype(str).tolist() if name != agent]
+    others: list[str] = [name for name in log["agent"].values.astype(str).tolist() if name != agent]
     if partner is not None:
         if partner not in others:
             raise LogError(

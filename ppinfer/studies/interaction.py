@@ -217,7 +217,8 @@ def live_probabilities(log: xr.Dataset, name: str) -> Float[np.ndarray, "sample 
     values = log[name].values.astype(np.float64)
     weights: np.ndarray = np.exp(values) if name.startswith("live_log_") else values
     total = weights.sum(axis=1, keepdims=True)
-    return np.divide(weights, total, out=np.full_like(weights, np.nan), where=total > 0)
+    shares: np.ndarray = np.divide(weights, total, out=np.full_like(weights, np.nan), where=total > 0)
+    return shares
 
 
 def _velocities(

@@ -2,6 +2,9 @@ import pytest
 
 from ppinfer.studies import write_log
 from ppinfer.studies.posterior import write_posterior
+from ppinfer.testing import example_interaction_log
+from ppsim.reaching import GameStudy
+from ppsim.study import log_of_study
 
 from ..plots.plays import make_plays
 from ..studies.posteriors import make_posterior
@@ -72,3 +75,30 @@ def test_json_of_a_study_has_its_table_and_its_beliefs(tmp_path, capsys):
     assert printed["beliefs"][0]["sem"] is None
     assert printed["scores"] is None
     assert "1 of 2 trials were not finished" in err
+
+
+def test_a_log_of_two_agents_among_goals_has_scores_of_beliefs(tmp_path, capsys):
+    write_log(example_interaction_log(), tmp_path / "log.nc")
+    assert run_one("report", tmp_path / "log.nc", "-o", tmp_path / "report", "--json") == 0
+    printed = checked_json("report", capsys.readouterr().out)
+    assert [row["belief"] for row in printed["conditional_scores"][::3]] == [
+        "without the robot",
+        "given the robot's goal",
+        "overall",
+    ]
+    assert printed["game_performance"] is None
+    assert printed["scores"] is None
+
+
+def test_a_log_of_games_has_what_the_game_counts(tmp_path, capsys):
+    study = GameStudy(robots=("naive", "influence"), humans=("moving",), duration=3.0, goals=(3, 4))
+    write_log(log_of_study(study, range(study.trials)), tmp_path / "log.nc")
+    assert run_one("report", tmp_path / "log.nc", "-o", tmp_path / "report", "--json") == 0
+    printed = checked_json("report", capsys.readouterr().out)
+    pooled = printed["game_performance"]["pooled"]
+    assert [(row["robot"], row["goals"]) for row in pooled] == [
+        ("naive", 3),
+        ("influence", 3),
+        ("naive", 4),
+        ("influence", 4),
+    ]

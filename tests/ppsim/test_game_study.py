@@ -306,6 +306,8 @@ def test_options_reach_the_seats_and_the_log_says_them():
     assert study.robot("reactive").chooser.threshold == 0.5
     assert study.robot("naive").keep_clear is not None
     assert study.human("moving").noise == 0.2
+    assert study.robot("courtesy").chooser.conditional == SoftmaxConditional()
+    assert study.robot("expected-cost").chooser.conditional.reaction == SoftmaxConditional()
     assert GameStudy(reaction="softmax").robot("switching").chooser.unsure.conditional == SoftmaxConditional()
     joint = study.robot("joint").chooser
     np.testing.assert_allclose(joint.robot.gain, study.movement.agent.K)

@@ -116,8 +116,8 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
         "--reaction",
         choices=tuple(REACTIONS),
         default=GameStudy.reaction,
-        help="what robots take the human's reaction to their goal for: the paper's softmax, or that as long as the "
-        "human does not know the goal (default: %(default)s)",
+        help="what influence and expected-cost take the human's reaction to their goal for: the paper's softmax, or "
+        "that as long as the human does not know the goal (default: %(default)s)",
     )
     add(
         "--keep-clear",

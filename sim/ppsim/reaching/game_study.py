@@ -53,7 +53,7 @@ class GameStudy:
     reactive_threshold : float
         How sure the reactive robot wants to be of the human's goal.
     reaction : {"reacted", "softmax"}
-        What robots that predict a reaction of the human take it for; see `make_robot`.
+        What robots take the human's reaction to their goal for; see `make_robot`.
     keep_clear : {"proactive", "all", "none"}
         Which robots keep clear of the human; see `KeepClear`.
     human_noise : float

@@ -237,8 +237,9 @@ def make_robot(
     reactive_threshold : float
         How sure the reactive robot wants to be.
     reaction : {"reacted", "softmax"}
-        How robots that predict a reaction think that the human reacts to their goal: as in `SoftmaxConditional`, or
-        that only as long as the human does not know it (`ReactedConditional`). The joint robot takes the latter anyway.
+        How "influence" (also within "switching") and "expected-cost" think that the human reacts to their goal: as in
+        `SoftmaxConditional`, or that only as long as the human does not know it (`ReactedConditional`). "courtesy"
+        takes the former anyway, "joint" the latter.
     keep_clear : {"proactive", "all", "none"}
         Who keeps clear of the human: those that predict a reaction (all but the naive and the reactive robot), all, or
         none.
@@ -272,7 +273,8 @@ def make_robot(
 def _chooser(
     name: str, movement: Movement, reactive_threshold: float, reaction: GoalConditional
 ) -> GoalChooser:
-    influence, courtesy = Influence(conditional=reaction), Courtesy(conditional=reaction)
+    # where the human does not react any more, nothing keeps courtesy from the human's own goal: it has no penalty
+    influence, courtesy = Influence(conditional=reaction), Courtesy()
     known: tuple[GoalChooser, ...] = (
         NearestGoal(),
         ReactToGoal(threshold=reactive_threshold),

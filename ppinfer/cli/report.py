@@ -52,8 +52,8 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         nargs="+",
         metavar="ID",
         help="trials to show (default: goals: the best, a typical and the worst scored one; theta: those whose belief "
-        "is the highest, the lowest and changes most, and that with most safety stops; two agents among goals: those in "
-        "which the robot makes most of a difference)",
+        "is the highest, the lowest and changes most, and that with most safety stops; two agents among goals: those "
+        "in which the robot makes most of a difference)",
     )
     add_share_argument(parser)
     add_selection_arguments(parser)

@@ -3,6 +3,7 @@
 from ppinfer.plots.belief_by_human import plot_belief_by_human
 from ppinfer.plots.candidate_paths import plot_candidates
 from ppinfer.plots.conditional_belief import plot_conditional_belief
+from ppinfer.plots.game_performance import plot_game_performance
 from ppinfer.plots.hand_distance import plot_hand_distance
 from ppinfer.plots.learning_curve import plot_learning_curve
 from ppinfer.plots.over_time import plot_posterior_over_time
@@ -22,6 +23,7 @@ __all__ = [
     "plot_belief_by_human",
     "plot_candidates",
     "plot_conditional_belief",
+    "plot_game_performance",
     "plot_hand_distance",
     "plot_learning_curve",
     "plot_paired_differences",

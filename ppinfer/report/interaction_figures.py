@@ -120,14 +120,14 @@ def safety_figure(interaction: Interaction, *, rollouts: int = 1000) -> ReportFi
         png=png_of(figure),
         title=f"Trial {interaction.trial_id}, at {interaction.time[sample]:.1f} s",
         caption=(
-            f"Left: candidate trajectories to {whose} ({interaction.goals[goal]}). Blue ones are safe as Algorithm 3 has "
-            f"it: they keep out of wherever the {interaction.agent} may well be within "
-            f"{paths.candidates.positions.shape[1] - 1} steps; dotted red ones do not. The thick one was chosen, and stays clear in {found.safe:,} of {found.rollouts:,} rollouts of its "
-            f"own: that the probability of coming nearer than {paths.distance:g} {interaction.units} is at most 5 % is "
-            f"{verdict}. Circles: what a safe candidate keeps out of at a few instants. Right: that probability for a "
-            f"robot that starts at rest in each place and goes for the same goal; the line is at 5 %. The "
-            f"{interaction.agent} heads for each goal with its probability given that goal of the robot, by LQR with "
-            "disturbed velocities, and avoids nobody."
+            f"Left: candidate trajectories to {whose} ({interaction.goals[goal]}). Blue ones are safe as Algorithm 3 "
+            f"has it: they keep out of wherever the {interaction.agent} may well be within {risk.horizon} steps; "
+            "dotted red ones do not. The thick one was chosen, and stays clear in "
+            f"{found.safe:,} of {found.rollouts:,} rollouts of its own: that the probability of coming nearer than "
+            f"{paths.distance:g} {interaction.units} is at most 5 % is {verdict}. Circles: what a safe candidate keeps "
+            "out of at a few instants. Right: that probability for a robot that starts at rest in each place and goes "
+            f"for the same goal; the line is at 5 %. The {interaction.agent} heads for each goal with its probability "
+            "given that goal of the robot, by LQR with disturbed velocities, and avoids nobody."
         ),
     )
 

@@ -7,7 +7,8 @@ from matplotlib.figure import Figure
 
 from ppinfer.errors import LogError
 from ppinfer.goals.choice.joint import point_agent
-from ppinfer.plots import plot_candidates, plot_conditional_belief, plot_risk_map
+from ppinfer.plots import plot_candidates, plot_conditional_belief, plot_game_performance, plot_risk_map
+from ppinfer.plots.game_performance import GAME_LABELS
 from ppinfer.plots.palette import AGENT_COLOURS, HUMAN_COLOUR, ROBOT_COLOUR, goal_colour_among_agents
 from ppinfer.safety import Mover
 from ppinfer.studies import infer_log_conditional
@@ -111,7 +112,12 @@ def test_it_is_drawn_on_the_figure_that_is_given(interaction):
 
 def test_positions_on_a_line_have_no_paths(interaction):
     with pytest.raises(LogError, match="two coordinates"):
-        plot_conditional_belief(replace(interaction, position=interaction.position[..., :1]))
+        plot_conditional_belief(
+            replace(
+                interaction,
+                **{name: getattr(interaction, name)[..., :1] for name in ("position", "velocity", "places")},
+            )
+        )
 
 
 def test_a_risk_map_shows_its_numbers_where_they_belong():
@@ -174,3 +180,33 @@ def test_the_obstacles_are_those_that_spread_the_candidates_out(paths):
 def test_a_choice_that_is_not_certified_is_red(paths):
     flagged = replace(paths, choice=replace(paths.choice, flagged=True))
     assert lines_of(plot_candidates(flagged))["chosen, not certified"].get_color() == "#B22222"
+
+
+def test_the_dots_of_games_are_the_numbers_of_their_table():
+    cells = [
+        {
+            "robot": robot,
+            "human": human,
+            **{name: base + 0.1 * at for at, name in enumerate(GAME_LABELS)},
+            **{f"{name}_sem": 0.5 for name in GAME_LABELS},
+        }
+        for base, (robot, human) in enumerate(
+            [("naive", "moving"), ("naive", "stubborn"), ("$own", "moving"), ("$own", "stubborn")]
+        )
+    ]
+    axes = plot_game_performance(cells)
+    axes[0].figure.canvas.draw()
+    assert [label.get_text() for label in axes[0].get_yticklabels()] == ["naive", "$own"]
+    for ax, at in zip(axes, (0, 1, 2), strict=True):
+        lines = lines_of(ax)
+        np.testing.assert_allclose(lines["moving human"].get_xdata(), [0.1 * at, 2 + 0.1 * at])
+        np.testing.assert_allclose(lines["stubborn human"].get_xdata(), [1 + 0.1 * at, 3 + 0.1 * at])
+    with pytest.raises(LogError, match="unknown metric 'stops'"):
+        plot_game_performance(cells, metrics=["stops"])
+    with pytest.raises(LogError, match="no game to draw"):
+        plot_game_performance([])
+    several = plot_game_performance([{**cell, "goals": goals} for cell in cells[:1] for goals in (3, 5)])
+    assert [label.get_text() for label in several[0].get_yticklabels()] == [
+        "naive, 3 goals",
+        "naive, 5 goals",
+    ]

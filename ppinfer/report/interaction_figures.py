@@ -110,11 +110,7 @@ def safety_figure(interaction: Interaction, *, rollouts: int = 1000) -> ReportFi
     ).get_texts():
         text.set_parse_math(False)
     found = paths.choice.certificate
-    verdict = (
-        "not claimed at 99 % confidence"
-        if paths.choice.flagged
-        else "claimed at 99 % confidence to be at most 5 %"
-    )
+    verdict = f"{'not ' * paths.choice.flagged}claimed with 99 % confidence"
     return ReportFigure(
         name="safety.png",
         png=png_of(figure),

@@ -49,12 +49,12 @@ class KeepClear:
 
     Examples
     --------
-    The human is on its way past; the robot does not go straight to its goal.
+    The human comes towards the robot; the robot does not go straight to its goal.
 
     >>> keep = KeepClear(Movement())
-    >>> robot, human, goals = np.zeros(2), np.array([2.0, 0.0]), np.array([[3.0, 0.0], [-3.0, 0.0]])
+    >>> robot, human, goals = np.zeros(2), np.array([2.0, 0.5]), np.array([[3.0, 0.0], [-3.0, 0.0]])
     >>> keep.target(robot, np.zeros(2), goals[0], human, np.zeros(2), goals, np.array([0.1, 0.9])).round(2)
-    array([0. , 1.5])
+    array([-0., -3.])
     """
 
     movement: Movement

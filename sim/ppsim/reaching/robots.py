@@ -110,7 +110,7 @@ class RobotSeat:
     >>> seat.reset(np.random.default_rng(0))
     >>> seen = ReachingWorld(Rules(), seat.movement.dynamics).reset(1)["robot"]
     >>> seat.act(seen).shape, seat.goal, len(seat.thoughts)
-    ((2,), 3, 1)
+    ((2,), 1, 1)
     """
 
     def __init__(

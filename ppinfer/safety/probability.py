@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from scipy.special import betaincinv
 
 from ppinfer.errors import SafetyError
 
@@ -38,6 +37,9 @@ def clopper_pearson_lower(safe: Any, rollouts: int, confidence: float = 0.99) ->
     >>> round(clopper_pearson_lower(966, 1000), 4), clopper_pearson_lower(0, 10)
     (0.9502, 0.0)
     """
+    # imported here: nothing else that is imported with goals needs it
+    from scipy.special import betaincinv
+
     count = np.asarray(safe, dtype=np.float64)
     bound = np.where(
         count > 0, betaincinv(np.maximum(count, 1.0), rollouts - count + 1.0, 1.0 - confidence), 0.0

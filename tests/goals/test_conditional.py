@@ -231,6 +231,18 @@ class FirstIsBest(GoalConditional):
         return Distribution(whole.axes, tilted, given=["goal", "robot_goal"])
 
 
+class Deaf(GoalConditional):
+    """Minds nobody; what it says of goals that are absent is theirs."""
+
+    def conditional(self, situation):
+        goal, _, post_goal = goal_axes(situation.belief.axes[0])
+        return Distribution.from_probabilities([goal, post_goal], np.eye(len(goal)), given=["goal"])
+
+
+def test_who_minds_nobody_obeys_the_laws_whatever_is_absent():
+    check_goal_conditional(Deaf())
+
+
 def test_a_conditional_that_breaks_a_law_is_told_which():
     with pytest.raises(AssertionError, match="absent goal is a post goal"):
         check_goal_conditional(Sticky())

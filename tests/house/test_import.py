@@ -47,6 +47,16 @@ def test_importing_ppinfer_loads_nothing_heavy():
     assert loaded - set(sys.stdlib_module_names) <= ALLOWED
 
 
+def test_goals_and_safety_load_no_more_of_scipy_than_xarray_does():
+    ran = subprocess.run(
+        [sys.executable, "-c", "import sys, ppinfer.goals, ppinfer.safety; print('scipy.special' in sys.modules)"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert ran.stdout == "False\n"
+
+
 @pytest.mark.parametrize(
     "statement",
     [

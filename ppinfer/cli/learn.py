@@ -93,6 +93,8 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.studies.prediction_examples import ExampleStore
 
     check_weights_target(args.output)
+    if args.figure:
+        _check_figure(args.figure)
     training = Training(epochs=args.epochs, patience=args.patience, seed=args.seed, threads=args.threads)
     store = ExampleStore(args.data)
     require_torch()
@@ -116,6 +118,21 @@ def run(args: argparse.Namespace) -> int:
     else:
         print_study(study, args)
     return 0
+
+
+def _check_figure(name: str) -> None:
+    from matplotlib.figure import Figure
+
+    from ppinfer.errors import PPInferError
+
+    # told before hours of training, not after
+    known = Figure().canvas.get_supported_filetypes()
+    if Path(name).suffix.removeprefix(".").lower() not in known:
+        raise PPInferError(
+            f"{name}: a figure is written as {', '.join(sorted(known))}; give it a name that ends so"
+        )
+    if not Path(name).absolute().parent.is_dir():
+        raise PPInferError(f"{name}: there is no folder {str(Path(name).parent)!r}; make it first")
 
 
 def as_json(study: LearningStudy, args: argparse.Namespace) -> dict[str, Any]:

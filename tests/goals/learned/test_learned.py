@@ -326,5 +326,14 @@ def test_the_command_scores_growing_amounts_of_data_beside_the_model_and_draws_t
     assert "80 examples held out" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("figure", ["curve.foo", "nowhere/curve.png"])
+def test_a_figure_that_cannot_be_written_is_refused_before_anything_is_trained(tmp_path, capsys, figure):
+    example_store(tmp_path / "d.zarr", 20)
+    line = ["learn", tmp_path / "d.zarr", "-o", tmp_path / "m.safetensors", "--figure", tmp_path / figure]
+    assert main([*map(str, line)]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    assert not (tmp_path / "m.safetensors").exists()
+
+
 def test_weights_of_a_network_are_all_that_it_has(predictor):
     assert set(weights_of(predictor.network)) == set(predictor.network.state_dict())

@@ -52,7 +52,8 @@ def test_every_model_obeys_the_laws(model, twin):
 
 @pytest.mark.parametrize("name", list(MODELS))
 def test_every_model_that_commands_know_obeys_the_laws_as_it_comes(name):
-    check_likelihood(MODELS[name](), examples=15)
+    # a product of experts says which goals go with what is seen, and not what is seen: its motion alone has a twin
+    check_likelihood(MODELS[name](), examples=15, twin=name != "goal-coupled")
 
 
 def row_of(evidence, row):

@@ -64,6 +64,10 @@ def test_a_run_is_a_function_of_its_seed():
 def test_values_out_of_range_are_refused():
     with pytest.raises(SimulationError, match="noise must be positive and finite"):
         Crossing(-0.1)
+    with pytest.raises(SimulationError, match="noise must be positive and finite, its square too"):
+        Crossing(1e200)
+    with pytest.raises(SimulationError, match="seed must not be negative"):
+        list(cross_many(Crossing(0.1), "none", 1, seed=-1))
     with pytest.raises(SimulationError, match=r"eps must lie in \(0, 1\)"):
         Crossing(0.1, eps=0.0)
     with pytest.raises(SimulationError, match="unknown controller 'alg4'"):

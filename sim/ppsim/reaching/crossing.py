@@ -73,8 +73,9 @@ class Crossing:
     def __post_init__(self) -> None:
         for name in ("noise", "distance", "reached", "duration"):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0) and not (name == "noise" and value == 0):
-                raise SimulationError(f"{name} must be positive and finite; got {value!r}")
+            # its square is a variance
+            if not (math.isfinite(value * value) and value > 0) and not (name == "noise" and value == 0):
+                raise SimulationError(f"{name} must be positive and finite, its square too; got {value!r}")
         for name in ("eps", "confidence"):
             if not 0.0 < getattr(self, name) < 1.0:
                 raise SimulationError(f"{name} must lie in (0, 1); got {getattr(self, name)!r}")
@@ -238,7 +239,7 @@ def cross_many(
     Raises
     ------
     SimulationError
-        Where there are no runs or workers, or nobody knows the controller.
+        Where there are no runs or workers, the seed is negative, or nobody knows the controller.
 
     Examples
     --------
@@ -247,6 +248,8 @@ def cross_many(
     """
     if runs < 1:
         raise SimulationError(f"runs must be at least 1; got {runs}")
+    if seed < 0:
+        raise SimulationError(f"seed must not be negative; got {seed}")
     yield from in_order(partial(_run, crossing, controller, seed), range(runs), workers=workers)
 
 

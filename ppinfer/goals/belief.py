@@ -153,8 +153,8 @@ def infer_goals(
 def lacks_partner(model: GoalModel, agent: str) -> str:
     """Return what to tell somebody whose evidence is about one agent alone."""
     return (
-        f"model {model.name!r} looks at what other agents do, and the evidence is of {agent!r} alone: give it a partner, "
-        "or leave out what needs one (goal-coupled: --set experts=motion,distance)"
+        f"model {model.name!r} looks at what other agents do, and the evidence is of {agent!r} alone: give it a "
+        "partner, or leave out what needs one (goal-coupled: --set experts=motion,distance)"
     )
 
 

@@ -67,8 +67,9 @@ def check_goal_conditional(
     """Hold a prediction of the human's reaction to the laws; a broken one fails with a situation that shows it.
 
     The laws: the answer is a distribution over ``post_goal``, given a subset of ``goal`` and ``robot_goal``, with the
-    labels of the situation; given goals that exist, absent ones have probability zero; the same situation has the same answer. With
-    `symmetric`, listing the goals in another order permutes it, and moving the whole scene changes nothing.
+    labels of the situation; given goals that exist, absent ones have probability zero; the same situation has the same
+    answer. With `symmetric`, listing the goals in another order permutes it, and moving the whole scene changes
+    nothing.
 
     Parameters
     ----------

@@ -49,7 +49,11 @@ def test_importing_ppinfer_loads_nothing_heavy():
 
 def test_goals_and_safety_load_no_more_of_scipy_than_xarray_does():
     ran = subprocess.run(
-        [sys.executable, "-c", "import sys, ppinfer.goals, ppinfer.safety; print('scipy.special' in sys.modules)"],
+        [
+            sys.executable,
+            "-c",
+            "import sys, ppinfer.goals, ppinfer.safety; print('scipy.special' in sys.modules)",
+        ],
         capture_output=True,
         text=True,
         check=True,

@@ -26,6 +26,7 @@ from ppinfer.goals.choice import (
 from ppinfer.goals.choice.joint import VELOCITY_VARIANCE
 from ppinfer.goals.conditional import GoalConditional, SoftmaxConditional, overall_post
 from ppinfer.goals.prediction import BehaviourPredictor
+from ppinfer.goals.rationality import SWITCHING_RATIONALITIES
 from ppinfer.goals.reacted import ReactedConditional
 from ppsim.errors import SimulationError
 from ppsim.naming import checked_names, made_by_name
@@ -48,9 +49,6 @@ REACTIONS: dict[str, type[GoalConditional]] = {
 
 #: Steps of both agents' states that a chooser of one's own is shown.
 HISTORY = 20
-
-#: The three rationalities (1/cost) that the study's switching robot takes a human to have.
-RATIONALITIES = (5e-6, 5e-5, 5e-3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +152,7 @@ class RobotSeat:
                 self.movement.model,
                 dt=self.movement.dt,
                 labels=[str(goal) for goal in range(len(observation.goals))],
-                rationalities=RATIONALITIES if self.chooser.needs_rationality else None,
+                rationalities=SWITCHING_RATIONALITIES if self.chooser.needs_rationality else None,
                 history=HISTORY if self.shows_history else 0,
             )
         previous = self.goal if self.goal >= 0 else None

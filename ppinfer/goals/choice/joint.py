@@ -100,8 +100,8 @@ class JointChoice(GoalChooser):
     """The pair of a goal and a safe trajectory to it with the least cost J (Algorithm 1).
 
     1. For every goal r of the robot, candidate trajectories are generated that give way to the human's motion under
-       b_post(. | r) (Algorithm 3), and the one that minds nobody; where none of them is safe, the one that stays
-       farthest.
+       b_post(. | r) (Algorithm 3), and the one that minds nobody: those that stay outside the human's discs, or where
+       none does, all of them.
     2. J(trajectory, r) = sum_i b_post(i | r) [max(d_R(r) + lag, d_H(i)) + penalty [i = r]] +
        change_weight |theta_r - previous| + control_weight sum |u|^2 dt + violation_weight max(0, bound - eps),
        where lag is how many metres the trajectory is behind one that minds nobody, on average over the horizon, and
@@ -258,7 +258,8 @@ class JointChoice(GoalChooser):
             )
             offered = np.flatnonzero(candidates.safe)
             if not len(offered):
-                offered = np.array([candidates.fallback])
+                # discs about every likely mode claim less than rollouts can show
+                offered = np.arange(len(candidates))
             target = situation.goals[goal]
             remaining = np.linalg.norm(candidates.positions[offered] - target, axis=-1).mean(axis=1)
             lag = remaining - np.linalg.norm(self.robot.position(heedless[at]) - target, axis=-1).mean()

@@ -68,7 +68,7 @@ def literal_costs(chooser: JointChoice, situation: GoalSituation) -> dict[int, l
             robot, situation.robot, target, [human], obstacles=chooser.obstacles, horizon=chooser.horizon,
             distance=chooser.distance, eps=chooser.eps, pursuit=True, rng=rng,
         )  # fmt: skip
-        offers[r] = made, np.flatnonzero(made.safe) if made.safe.any() else np.array([made.fallback]), human
+        offers[r] = made, np.flatnonzero(made.safe) if made.safe.any() else np.arange(len(made)), human
     among = sum(len(offered) for _, offered, _ in offers.values())
     costs: dict[int, list[float]] = {}
     for r, (made, offered, human) in offers.items():

@@ -65,3 +65,11 @@ class ReactedConditional(GoalConditional):
         values = knows * stays + (1.0 - knows) * np.broadcast_to(spread, (len(axes[0]),) * 3)
         with np.errstate(divide="ignore"):
             return Distribution._sound(axes, np.log(values), ("given", "given", "random"))
+
+    def post(self, situation: GoalSituation) -> Distribution:
+        """Return b_post: with probability b_H(robot_goal) the belief as it is, else what p' makes of it."""
+        before = self.reaction.post(situation)
+        knows = np.exp(situation.mental_model.log_values)[:, None]
+        values = knows * np.exp(situation.belief.log_values) + (1.0 - knows) * np.exp(before.log_values)
+        with np.errstate(divide="ignore"):
+            return Distribution._sound(before.axes, np.log(values), ("given", "random"))

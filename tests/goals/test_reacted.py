@@ -6,13 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
 from numpy.testing import assert_allclose
 
 from ppinfer.distributions import Axis, Distribution
 from ppinfer.goals.choice import GoalSituation
 from ppinfer.goals.conditional import GoalConditional, SoftmaxConditional, goal_axes, post_goals
 from ppinfer.goals.reacted import ReactedConditional
-from ppinfer.testing import check_goal_conditional, example_goal_situation
+from ppinfer.testing import check_goal_conditional, example_goal_situation, goal_situations
 
 
 class Restless(GoalConditional):
@@ -43,6 +44,17 @@ def test_it_takes_a_reaction_that_depends_on_less(reaction: GoalConditional) -> 
     before = reaction.post(situation).values
     expected = situation.belief.values / 3 + before * 2 / 3
     assert_allclose(post.values, expected, rtol=1e-12)
+
+
+@given(goal_situations())
+def test_post_goals_at_once_are_those_by_way_of_the_conditional(situation: GoalSituation) -> None:
+    reacted = ReactedConditional()
+    by_way = post_goals(reacted.conditional(situation), situation.belief)
+    at_once = reacted.post(situation)
+    assert at_once.axes == by_way.axes
+    there = slice(None) if situation.present is None else situation.present
+    # what follows a goal of the robot that is absent is of no use to anybody
+    assert_allclose(at_once.values[there], by_way.values[there], rtol=1e-9, atol=1e-12)
 
 
 def test_a_human_who_stands_at_its_goal_and_knows_is_not_expected_to_leave() -> None:

@@ -79,7 +79,7 @@ def study_learning(
 ) -> LearningStudy:
     """Train on growing numbers of examples and score every network, and the model, on the same examples held out.
 
-    1. The last share of the store is held out; examples of one batch stay on one side.
+    1. The last share of the store is held out; examples of one game stay on one side.
     2. The model predicts these as it is, and with weights fitted to the same numbers of training examples as networks
        are trained on, but at most 1000.
     3. For each size n a network is trained on the first n of the training examples, a share of which decides when to
@@ -108,7 +108,7 @@ def study_learning(
         Where the extra is missing, or an option is out of its range.
     """
     training = training or Training()
-    split = _split(len(store), store.header.batch, held_out)
+    split = split_of(store, held_out)
     sizes = sorted(set(sizes)) or [split]
     for size in sizes:
         if not 2 <= size <= split:
@@ -167,13 +167,32 @@ def configuration_for(store: ExampleStore, hidden: int) -> NetworkConfiguration:
     )
 
 
-def _split(examples: int, batch: int, held_out: float) -> int:
+def split_of(store: ExampleStore, held_out: float) -> int:
+    """Return how many examples of a store may be trained on: the others, a share of about `held_out`, are held out.
+
+    Examples of one game are alike, so none of a game trained on is held out: the bound is one of batches, or in a store
+    of one or two batches one of games.
+
+    Raises
+    ------
+    LogError
+        Where there are too few examples for that.
+
+    Examples
+    --------
+    >>> from ppinfer.testing.prediction_examples import example_store
+    >>> split_of(example_store("split.zarr", 40), 0.25)
+    30
+    """
     if not 0 < held_out < 1:
         raise LogError(f"the share held out must be above 0 and below 1; got {held_out:g}")
+    examples, batch = len(store), store.header.batch
+    # a generator that says how many examples it takes of a game writes them side by side
+    game = int(store.header.configuration.get("instants", 1))
+    unit = batch if examples > 2 * batch else game
     split = round(examples * (1 - held_out))
-    # examples of one game are alike: none of a game trained on is held out
-    if examples > 2 * batch:
-        split = max(batch, split // batch * batch)
+    if examples > unit:
+        split = max(unit, split // unit * unit)
     if split < 2 or split >= examples:
         raise LogError(f"{examples} examples are too few to hold out a share of {held_out:g}")
     return split

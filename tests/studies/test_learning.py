@@ -1,5 +1,7 @@
 """Examples on disk, and scores of predictions on them; none of this needs the extra."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,7 @@ from ppinfer.errors import LogError
 from ppinfer.goals import GoalEvidence, GoalLQR, infer_goals
 from ppinfer.goals.choice import GoalSituation
 from ppinfer.goals.conditional import post_goals
+from ppinfer.studies.learning import split_of
 from ppinfer.studies.model_prediction import ModelPrediction, fit_model_prediction
 from ppinfer.studies.prediction_examples import ExampleStore, ExampleWriter, StoredExamples
 from ppinfer.studies.prediction_scores import score_predictions
@@ -47,6 +50,16 @@ def test_a_goal_held_impossible_that_was_reached_costs_everything():
         sure = np.log(np.array([[1.0, 0.0]]))
     score = score_predictions(sure, np.array([[0.5, 0.5]]), np.ones((1, 2), bool))
     assert score.mean_log_probability == -np.inf
+
+
+@pytest.mark.parametrize(("examples", "bound"), [(60, 40), (65, 40), (10, 8), (21, 10)])
+def test_no_game_is_both_trained_on_and_held_out(tmp_path, examples, bound):
+    made = example_predictions(examples)
+    header = replace(example_header(made), batch=1000, configuration={"instants": 10})
+    ExampleWriter(tmp_path / "d.zarr", header).append(
+        StoredExamples(made, np.zeros(examples, dtype=int), np.ones(examples, np.float32))
+    )
+    assert split_of(ExampleStore(tmp_path / "d.zarr"), 0.25) == bound
 
 
 def test_the_model_predicts_what_beliefs_and_the_softmax_conditional_of_the_library_do():

@@ -240,6 +240,9 @@ class _AgentState:
             if self._velocity_index:
                 if velocity is not None:
                     state[self._velocity_index] = velocity
+                elif self._last_time == time:
+                    # goals were drawn anew at this instant, which is looked at once more
+                    state[self._velocity_index] = self.state[self._velocity_index]
                 elif self._last_time is not None:
                     state[self._velocity_index] = (position - self.position) / (time - self._last_time)
             self.state, self.position, self._last_time = state, position, time

@@ -183,3 +183,14 @@ def test_a_model_that_looks_at_partners_is_shown_the_robot():
     predictor = BehaviourPredictor(GoalCoupled(), dt=0.1, labels=LABELS)
     for sample, situation in enumerate(steps(predictor, human, robot)):
         assert_allclose(situation.belief.log_values, believed[sample], atol=1e-9)
+
+
+def test_an_instant_at_which_goals_are_new_can_be_looked_at_twice():
+    predictor = BehaviourPredictor(dt=0.1, labels=["cup", "bowl"])
+    predictor.restart(np.eye(2))
+    for step in range(2):
+        first = predictor.observe(0.1 * step, np.array([0.2 * step, 0.0]), None, np.zeros(2), None, None)
+    predictor.restart(2 * np.eye(2), keep_history=True)
+    again = predictor.observe(0.1, np.array([0.2, 0.0]), None, np.zeros(2), None, None)
+    np.testing.assert_allclose(again.human, [0.2, 2.0, 0.0, 0.0])
+    np.testing.assert_array_equal(again.human, first.human)

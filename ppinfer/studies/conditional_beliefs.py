@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -13,12 +12,19 @@ from jaxtyping import Bool, Float, Int
 from ppinfer.distributions.logspace import log_sum_exp
 from ppinfer.distributions.ragged import row_starts
 from ppinfer.errors import LogError, ModelError
-from ppinfer.goals import GoalLQR, GoalModel, infer_goals
+from ppinfer.goals import GoalModel, infer_goals
 from ppinfer.goals.conditional import SoftmaxConditional, conditional_log_weights
 from ppinfer.goals.configuration import parameters_of
 from ppinfer.goals.evidence import GoalEvidence
-from ppinfer.goals.mental_model import infer_mental_model, paper_agent
+from ppinfer.goals.mental_model import infer_mental_model
+from ppinfer.goals.rationality import GoalAndRationality
 from ppinfer.goals.reacted import ReactedConditional
+from ppinfer.studies.assumed_reactions import (
+    AssumedReaction,
+    assumed_agent,
+    assumed_reactions,
+    told_reactions,
+)
 from ppinfer.studies.goal_evidence import Restart, goal_evidence
 from ppinfer.studies.log_inference import default_agent, nominal_time_step
 
@@ -41,18 +47,20 @@ def infer_log_conditional(
 ) -> xr.Dataset:
     """Return the beliefs that a robot of Algorithm 1 would hold at every sample of a log, all in one array program.
 
-    The numbers are those that a `BehaviourPredictor` and the conditional give step by step.
+    The numbers are those that a `BehaviourPredictor` and the conditional give step by step. In a log of simulated games
+    every trial has the reaction that its own robot expected, and the beliefs are those that it held, except for robots
+    of one's own: see `assumed_reaction`.
 
     Parameters
     ----------
     log : xarray.Dataset
         A study log with goals and two agents at least, in memory.
     model : GoalModel, optional
-        How the human acts; default `assumed_agent`.
+        How the human acts; default `assumed_agent`, with more than one rationality where the robot considers them.
     robot_model : GoalModel, optional
         How the human takes the robot to act; default `assumed_agent`.
     conditional : SoftmaxConditional or ReactedConditional, optional
-        How the human reacts, with its weights; default `assumed_conditional`.
+        How the human reacts, with its weights, to every robot; default `assumed_reactions`, each robot's own.
     agent, partner : str, optional
         Who is predicted, and who they react to; default: ``human`` and the log's other agent.
     restart, carry
@@ -96,23 +104,18 @@ def infer_log_conditional(
     other = other_agent(log, whose, partner)
     human_model = assumed_agent(log) if model is None else model
     mind_model = assumed_agent(log) if robot_model is None else robot_model
-    reaction = assumed_conditional(log) if conditional is None else conditional
-    softmax = reaction.reaction if isinstance(reaction, ReactedConditional) else reaction
-    if not isinstance(softmax, SoftmaxConditional):
-        raise ModelError(
-            f"beliefs at every sample need a SoftmaxConditional, or a ReactedConditional of one; got {reaction!r}"
-        )
+    robots = assumed_reactions(log, other)
+    if conditional is not None:
+        robots = tuple((name, AssumedReaction(conditional)) for name, _ in robots)
     step = nominal_time_step(log) if time_step is None else time_step
     human = goal_evidence(log, whose, restart=restart, carry=carry, time_step=step, partner=other)
     robot = goal_evidence(log, other, restart=restart, carry=carry, time_step=step, partner=whose)
     belief = infer_goals(human_model, human).log_posterior
     mind = infer_mental_model(robot, mind_model).log_values
-    post = post_log_beliefs(human, belief, softmax, log["row_size"].values)
-    if isinstance(reaction, ReactedConditional):
-        # who knows the robot's goal has reacted already
-        with np.errstate(divide="ignore"):
-            unaware = np.log1p(-np.minimum(np.exp(mind), 1.0))
-        post = np.logaddexp(mind[:, :, None] + belief[:, None, :], unaware[:, :, None] + post)
+    reactions = _Reactions.of(log, robots, human)
+    if model is None:
+        belief = np.where(np.isnan(reactions.marginal), belief, reactions.marginal)
+    post = _post(human, belief, mind, reactions, log["row_size"].values)
     overall = log_sum_exp(post + mind[:, :, None], (1,))
     robot_goal = pursued_goals(log, other)
     known = robot_goal >= 0
@@ -135,7 +138,7 @@ def infer_log_conditional(
             {
                 "model": {"name": human_model.name, "parameters": parameters_of(human_model)},
                 "robot_model": {"name": mind_model.name, "parameters": parameters_of(mind_model)},
-                "conditional": {"name": reaction.name, "parameters": asdict(reaction)},
+                "conditional": told_reactions(robots),
                 "restart": restart,
                 "carry": carry,
                 "time_step": step,
@@ -146,38 +149,80 @@ def infer_log_conditional(
     return out
 
 
-def assumed_agent(log: xr.Dataset) -> GoalLQR:
-    """Return what robot and human took each other for in a simulated game, as its log says; else `paper_agent`.
+@dataclass(frozen=True, eq=False)
+class _Reactions:
+    """Which reaction counts at every sample.
 
-    Examples
-    --------
-    >>> from ppinfer.testing import example_interaction_log
-    >>> assumed_agent(example_interaction_log()) == paper_agent()
-    True
+    Attributes
+    ----------
+    which : (sample,) int64
+        Index of the conditional.
+    conditionals
+        All that occur; None is no reaction.
+    marginal : (sample, goal) float64
+        The log belief of robots that consider rationalities; NaN for others.
     """
-    said = _configuration(log)
-    if said.get("world") != "reaching-game":
-        return paper_agent()
-    named = ("control_weight", "state_weight", "rationality")
-    values: dict[str, Any] = {name: float(said[name]) for name in named if name in said}
-    return replace(paper_agent(), **values)
+
+    which: Int[np.ndarray, " sample"]
+    conditionals: tuple[SoftmaxConditional | ReactedConditional | None, ...]
+    marginal: Float[np.ndarray, "sample goal"]
+
+    @classmethod
+    def of(
+        cls, log: xr.Dataset, robots: tuple[tuple[str, AssumedReaction], ...], human: GoalEvidence
+    ) -> _Reactions:
+        """Return the reactions that the robots expect, one of them in each trial."""
+        assumed = [reaction for _, reaction in robots]
+        conditionals = tuple(dict.fromkeys(part for one in assumed for part in (one.conditional, one.unsure)))
+        index = {part: number for number, part in enumerate(conditionals)}
+        size = log["row_size"].values
+        which = np.repeat(np.array([index[one.conditional] for one in assumed], np.int64), size)
+        marginal = np.full((len(which), human.goals.shape[1]), np.nan)
+        for one in dict.fromkeys(assumed):
+            if not one.rationalities:
+                continue
+            here = np.repeat(np.array([other == one for other in assumed]), size)
+            joint = GoalAndRationality(assumed_agent(log), one.rationalities).infer(
+                replace(human, continues=None)
+            )
+            marginal[here] = joint.marginal("goal").log_values[here]
+            if one.unsure is not None:
+                sure = joint.marginal("rationality").values[:, int(np.argmax(one.rationalities))]
+                which[here & (sure < one.resolute)] = index[one.unsure]
+        return cls(which, conditionals, marginal)
 
 
-def assumed_conditional(log: xr.Dataset) -> SoftmaxConditional | ReactedConditional:
-    """Return how robots of a simulated game took the human to react, as its log says; else a `SoftmaxConditional`.
-
-    It is what the log says of influence and expected-cost; other robots may have taken it for something else.
-
-    Examples
-    --------
-    >>> from ppinfer.testing import example_interaction_log
-    >>> assumed_conditional(example_interaction_log()) == SoftmaxConditional()
-    True
-    """
-    said = _configuration(log)
-    if said.get("world") == "reaching-game" and said.get("reaction") == ReactedConditional.name:
-        return ReactedConditional()
-    return SoftmaxConditional()
+def _post(
+    human: GoalEvidence,
+    belief: Float[np.ndarray, "sample goal"],
+    mind: Float[np.ndarray, "sample goal"],
+    reactions: _Reactions,
+    row_size: Int[np.ndarray, " trial"],
+) -> Float[np.ndarray, "sample goal goal"]:
+    """Return log b_post(theta_post | theta_R), each sample under its own reaction."""
+    post = np.repeat(belief[:, None, :], belief.shape[1], axis=1)
+    known: dict[SoftmaxConditional, np.ndarray] = {}
+    for number, conditional in enumerate(reactions.conditionals):
+        here = reactions.which == number
+        if conditional is None or not here.any():
+            continue
+        softmax = conditional.reaction if isinstance(conditional, ReactedConditional) else conditional
+        if not isinstance(softmax, SoftmaxConditional):
+            raise ModelError(
+                "beliefs at every sample need a SoftmaxConditional, or a ReactedConditional of one; got "
+                f"{conditional!r}"
+            )
+        if softmax not in known:
+            known[softmax] = post_log_beliefs(human, belief, softmax, row_size)
+        post[here] = known[softmax][here]
+        if isinstance(conditional, ReactedConditional):
+            # who knows the robot's goal has reacted already
+            with np.errstate(divide="ignore"):
+                unaware = np.log1p(-np.minimum(np.exp(mind[here]), 1.0))
+            post[here] = np.logaddexp(
+                mind[here][:, :, None] + belief[here][:, None, :], unaware[:, :, None] + post[here]
+            )
+    return post
 
 
 def other_agent(log: xr.Dataset, agent: str, partner: str | None = None) -> str:
@@ -312,11 +357,3 @@ def pursued_goals(log: xr.Dataset, agent: str) -> Int[np.ndarray, " sample"]:
                 )
                 found[here] = labels.index(goal) if goal in labels else -1
     return np.where((found >= 0) & (found < len(labels)), found, -1)
-
-
-def _configuration(log: xr.Dataset) -> dict[str, Any]:
-    try:
-        said = json.loads(str(log.attrs.get("configuration", "{}")))
-    except ValueError:
-        return {}
-    return said if isinstance(said, dict) else {}

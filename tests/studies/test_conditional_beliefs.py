@@ -11,13 +11,12 @@ from ppinfer.goals.mental_model import paper_agent
 from ppinfer.goals.prediction import BehaviourPredictor
 from ppinfer.goals.reacted import ReactedConditional
 from ppinfer.studies import build_log, infer_log_conditional, select_trials
-from ppinfer.studies.conditional_beliefs import (
-    assumed_agent,
-    assumed_conditional,
-    other_agent,
-    pursued_goals,
-)
+from ppinfer.studies.assumed_reactions import assumed_agent, assumed_reaction, robots_of_ones_own
+from ppinfer.studies.conditional_beliefs import other_agent, pursued_goals
 from ppinfer.testing import example_interaction_log, example_log
+from ppsim.reaching import GameStudy
+from ppsim.reaching.robots import ROBOTS
+from ppsim.study import log_of_study
 
 
 def step_by_step(log, conditional, **models):
@@ -151,12 +150,53 @@ def test_a_conditional_that_needs_situations_one_by_one_is_refused():
         infer_log_conditional(example_interaction_log(), conditional=other)
 
 
-def test_a_simulated_games_own_agents_and_reaction_are_taken_from_its_log():
+def test_a_simulated_games_own_agents_and_reactions_are_taken_from_its_log():
     log = example_interaction_log()
     said = {"world": "reaching-game", "reaction": "reacted", "rationality": 1e-3, "control_weight": 2.0}
     log.attrs["configuration"] = json.dumps(said)
     assert assumed_agent(log) == replace(paper_agent(1e-3), control_weight=2.0)
-    assert assumed_conditional(log) == ReactedConditional()
+    assert assumed_reaction(log, "influence").conditional == ReactedConditional()
+    assert assumed_reaction(log, "courtesy").conditional == SoftmaxConditional()
+    assert assumed_reaction(log, "naive").conditional is None
     for other in ("{", "[]", json.dumps({**said, "world": "another"})):
         log.attrs["configuration"] = other
-        assert (assumed_agent(log), assumed_conditional(log)) == (paper_agent(), SoftmaxConditional())
+        assert assumed_agent(log) == paper_agent()
+        assert assumed_reaction(log, "naive").conditional == SoftmaxConditional()
+
+
+@pytest.mark.parametrize("reaction", ["reacted", "softmax"])
+def test_what_is_inferred_of_a_game_is_what_its_robot_held_live_whichever_robot_it_is(reaction):
+    study = GameStudy(
+        robots=ROBOTS, humans=("moving",), duration=4.0, seed=5, goals=(3, 4), reaction=reaction
+    )
+    log = log_of_study(study, range(study.trials))
+    beliefs = infer_log_conditional(log)
+    robot = np.repeat(log["controller"].sel(agent="robot").values.astype(str), log["row_size"].values)
+    assert set(robot) == set(ROBOTS)
+    for name in ROBOTS:
+        for inferred, live in (
+            ("log_belief", "live_log_belief"),
+            ("log_mental_model", "live_log_mental_model"),
+            ("log_given", "live_log_post"),
+        ):
+            np.testing.assert_allclose(
+                np.exp(beliefs[inferred].values[robot == name]),
+                np.exp(log[live].values[robot == name]),
+                atol=1e-9,
+                err_msg=f"{name}: {live}",
+            )
+    said = json.loads(beliefs.attrs["configuration"])["conditional"]["by_robot"]
+    assert set(said) == set(ROBOTS)
+    assert said["switching"] == f"softmax, {reaction} while the human looks unsure"
+
+
+def test_a_robot_of_ones_own_is_said_to_be_one():
+    log = example_interaction_log()
+    log.attrs["configuration"] = json.dumps({"world": "reaching-game", "reaction": "reacted"})
+    log["controller"] = (
+        ("trial", "agent"),
+        np.array([["moving", "mine:Robot"], ["moving", "naive"]], object),
+    )
+    assert robots_of_ones_own(log, "robot") == ("mine:Robot",)
+    said = json.loads(infer_log_conditional(log).attrs["configuration"])["conditional"]["by_robot"]
+    assert said["mine:Robot"].startswith("reacted (the log does not say")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
@@ -13,6 +14,8 @@ import xarray as xr
 from jaxtyping import Bool, Float, Int
 
 from ppinfer.errors import LogError
+from ppinfer.goals import infer_goals
+from ppinfer.goals.coupled import GoalCoupled
 from ppinfer.report.facts import Facts, configuration_facts, shown_time
 from ppinfer.report.interaction_choice import (
     HOW_CHOSEN,
@@ -27,6 +30,7 @@ from ppinfer.report.play_facts import counted, log_provenance, wanted_trials
 from ppinfer.report.rendering import render
 from ppinfer.report.trial_choice import named_trials
 from ppinfer.report.written import Drawn, Progress, WrittenReport
+from ppinfer.studies.assumed_reactions import assumed_reactions, robots_of_ones_own, told_reactions
 from ppinfer.studies.blocks import iter_blocks
 from ppinfer.studies.conditional_beliefs import infer_log_conditional, other_agent
 from ppinfer.studies.faults import Report
@@ -57,6 +61,10 @@ BELIEFS = {
     "log_given": "given the robot's goal",
     "log_overall": "overall",
 }
+
+
+#: A model that learned from people what a partner's motion tells; the other beliefs have no fitted parameter.
+COUPLED = GoalCoupled.name
 
 
 def is_interaction_log(source: Path) -> bool:
@@ -126,6 +134,8 @@ def write_interaction_page(
             ],
             safety_figure=None if safe is None else drawn.add(safety_figure(safe)),
             scores=scores,
+            coupled=COUPLED,
+            own_robots=robots_of_ones_own(log, inferred.attrs["partner"]) if live_names(log) else (),
             left_out=left_out,
             how_chosen=HOW_CHOSEN
             if trials is None
@@ -157,10 +167,13 @@ def _infer(source: Path, log: xr.Dataset, agent: str) -> _Inferred:
     differences: list[np.ndarray] = []
     gains: list[np.ndarray] = []
     attrs: dict[str, Any] = {}
+    coupled: list[np.ndarray] = []
     trial = sample = 0
     for block in iter_blocks(source, max_samples=_BLOCK_SAMPLES):
         beliefs = infer_log_conditional(block, agent=agent, partner=partner, time_step=step)
         attrs = dict(beliefs.attrs)
+        goals = goal_evidence(block, agent, time_step=step)
+        coupled.append(infer_goals(GoalCoupled(), goals).log_posterior)
         for name, held in parts.items():
             held.append(beliefs[name].values)
         here = stretches(block, agent)
@@ -174,8 +187,14 @@ def _infer(source: Path, log: xr.Dataset, agent: str) -> _Inferred:
         differences.append(numbers.difference)
         gains.append(numbers.gain)
         trial, sample = trial + block.sizes["trial"], sample + block.sizes["sample"]
+    # a block need not hold every robot
+    configuration = json.loads(attrs["configuration"])
+    configuration["conditional"] = told_reactions(assumed_reactions(log, partner))
+    configuration[COUPLED] = "its default parameters"
+    attrs["configuration"] = json.dumps(configuration, allow_nan=False)
+    held_goals = {BELIEFS[name]: np.concatenate(held) for name, held in parts.items()}
     return _Inferred(
-        {name: np.concatenate(held) for name, held in parts.items()},
+        held_goals | {COUPLED: np.concatenate(coupled)},
         StretchNumbers(tuple(found), np.concatenate(differences), np.concatenate(gains)),
         np.array([one.stop - one.start >= MIN_SAMPLES for one in found]),
         attrs,
@@ -234,7 +253,7 @@ def _scores(
 ) -> tuple[list[dict[str, Any]], str]:
     """Return the scores of every belief, on the same segments, and what was left out."""
     evidence = goal_evidence(log, agent)
-    held = {BELIEFS[name]: values for name, values in inferred.values.items()}
+    held = dict(inferred.values)
     for name, said in zip(live_names(log), ("without the robot", "given the robot"), strict=False):
         with np.errstate(divide="ignore"):
             live = np.log(live_probabilities(log, name))
@@ -330,6 +349,8 @@ def _write_faults(source: Path, target: Path, log: xr.Dataset, checked: Report) 
         interaction_figures=[],
         safety_figure=None,
         scores=[],
+        coupled=COUPLED,
+        own_robots=(),
         left_out="",
         how_chosen="",
         faults=checked.lines(),

@@ -5,12 +5,21 @@ import numpy as np
 import pytest
 
 from ppinfer.errors import LogError
+from ppinfer.goals.coupled import GoalCoupled
 from ppinfer.report import write_report
 from ppinfer.report.figures import png_of
 from ppinfer.report.interaction_choice import StretchNumbers, choose_stretches, stretch_numbers
 from ppinfer.report.interaction_figures import safety_sample
 from ppinfer.report.rendering import number
-from ppinfer.studies import infer_log_conditional, read_log, select_trials, write_log
+from ppinfer.studies import (
+    infer_log_conditional,
+    infer_posterior,
+    open_posterior,
+    read_log,
+    score_posterior,
+    select_trials,
+    write_log,
+)
 from ppinfer.studies.game_performance import game_performance
 from ppinfer.studies.interaction import Stretch, read_interaction, stretches
 from ppinfer.studies.storage import write_signed
@@ -71,7 +80,9 @@ def test_the_page_of_games_has_its_pictures_tables_and_sheet(tmp_path, games, dr
         "How safe is the robot?",
         "robots naive: 4, influence: 4",
         "beliefs held live live_log_belief, live_log_post",
-        "conditional: name reacted",
+        "naive none",
+        "influence reacted",
+        "where people are predicted, it is the one to use",
         "The log is sound",
         "ppinfer report log.nc -o report --at 0.25 0.5 0.75",
     ):
@@ -104,19 +115,37 @@ def test_every_belief_is_scored_on_the_same_segments(tmp_path, games):
         "without the robot",
         "given the robot's goal",
         "overall",
+        "goal-coupled",
         "live, without the robot (live_log_belief)",
         "live, given the robot (live_log_post)",
     ]
     assert len({row["segments"] for row in report.conditional_scores}) == 1
-    plain, _, _, live, _ = report.conditional_scores
+    plain, _, _, _, live, _ = report.conditional_scores
     assert plain["mean_log_posterior"] == pytest.approx(live["mean_log_posterior"], abs=1e-9)
+
+
+def test_the_coupled_models_row_is_what_inferring_with_it_scores(tmp_path, games):
+    report = _report(tmp_path, games, at=[0.5])
+    infer_posterior(tmp_path / "log.nc", tmp_path / "post.nc", GoalCoupled(), restart="goals")
+    (scored,) = score_posterior(open_posterior(tmp_path / "post.nc", load=True), at=[0.5]).overall
+    (row,) = [row for row in report.conditional_scores if row["belief"] == "goal-coupled"]
+    assert row["mean_log_posterior"] == pytest.approx(scored.mean_log_posterior, abs=1e-9)
+
+
+def test_the_beliefs_of_a_robot_of_ones_own_are_said_to_be_in_the_log_alone(tmp_path, games):
+    log = games.copy(deep=True)
+    log["controller"] = log["controller"].copy(
+        data=np.where(log["controller"] == "naive", "m:Mine", log["controller"]).astype(object)
+    )
+    words = Page(_report(tmp_path, log).page.read_text()).words
+    assert "How m:Mine took the human to react is not in the log" in words
 
 
 def test_a_log_without_scores_or_live_beliefs_has_the_rest(tmp_path):
     report = _report(tmp_path, example_interaction_log())
     assert report.game_performance is None
     assert [path.name for path in report.figures][-1] == "safety.png"
-    assert len(report.conditional_scores) == 9
+    assert len(report.conditional_scores) == 12
     words = Page(report.page.read_text()).words
     assert "scored as a team" not in words
     assert "The log holds no live beliefs." in words
@@ -131,7 +160,12 @@ def test_the_shipped_log_makes_the_page_it_always_made(tmp_path):
         for row in report.conditional_scores
         if row["at"] == 0.5
     }
-    assert told == {"without the robot": -2.54, "given the robot's goal": -3.16, "overall": -1.87}
+    assert told == {
+        "without the robot": -2.54,
+        "given the robot's goal": -3.16,
+        "overall": -1.87,
+        "goal-coupled": -0.75,
+    }
 
 
 def test_named_trials_are_shown_and_unknown_ones_refused(tmp_path, games):
@@ -239,15 +273,9 @@ def test_the_shipped_games_hold_live_what_is_inferred_of_them():
     path = SHIPPED.with_name("reach-games-small.nc")
     log = read_log(path)
     beliefs = infer_log_conditional(log)
-    predicts = np.repeat(
-        log["controller"].sel(agent="robot").values.astype(str) == "expected-cost", log["row_size"].values
-    )
-    assert predicts.any()
-    for inferred, live, which in (
-        ("log_belief", "live_log_belief", slice(None)),
-        ("log_mental_model", "live_log_mental_model", slice(None)),
-        ("log_given", "live_log_post", predicts),
+    for inferred, live in (
+        ("log_belief", "live_log_belief"),
+        ("log_mental_model", "live_log_mental_model"),
+        ("log_given", "live_log_post"),
     ):
-        np.testing.assert_allclose(
-            np.exp(beliefs[inferred].values[which]), np.exp(log[live].values[which]), atol=1e-10
-        )
+        np.testing.assert_allclose(np.exp(beliefs[inferred].values), np.exp(log[live].values), atol=1e-10)

@@ -23,7 +23,7 @@ while the goals stayed, seconds until the first score (a game without one counts
 share of games without a score. Below are paired differences with intervals of a bootstrap over games.
 
 Games are appended to LOG.recording.jsonl as they end, which becomes LOG.nc at the end; --resume goes on
-with one that was interrupted, to the same log.
+with one that was interrupted, to the same log. It takes room until then: about 290 MB for 1800 games.
 """
 
 EPILOG = """\

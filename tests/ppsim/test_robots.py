@@ -32,7 +32,7 @@ class Does(GoalChooser):
             raise KeyError("lost")
         if self.what == "other":
             return 3
-        score = np.zeros(len(situation.goals))
+        score = np.full(len(situation.goals), np.nan if self.what == "nothing" else 0.0)
         decision = GoalDecision(self.goal, score, unmoved_post(situation.belief))
         return decision
 
@@ -119,6 +119,7 @@ def test_choosers_of_ones_own_are_shown_the_past():
         (Does(7), "decided on goal 7; there are 3"),
         (Does(0, "raise"), "raised KeyError: 'lost'"),
         (Does(0, "other"), "returned a int; expected a GoalDecision"),
+        (Does(0, "nothing"), "its score of goal 0 is no number"),
     ],
 )
 def test_a_chooser_that_fails_is_named(chooser, told):

@@ -205,6 +205,13 @@ class RobotSeat:
             raise SimulationError(
                 f"robot {self.name!r}: decided on goal {decision.goal!r}; there are {len(situation.goals)}"
             )
+        # the least of them is no choice then, whatever was taken for it
+        unknown = np.isnan(decision.score)
+        if unknown.any():
+            raise SimulationError(
+                f"robot {self.name!r}: its score of goal {int(np.argmax(unknown))} is no number; expected one for each "
+                "goal, inf where it is ruled out"
+            )
         return decision
 
     @staticmethod

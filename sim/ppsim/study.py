@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import islice
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
@@ -16,7 +15,7 @@ import xarray as xr
 
 from ppinfer.studies import RecordingHeader, RecordingWriter, Trial, read_recording, write_log
 from ppinfer.studies.progress import ProgressCallback, silent
-from ppinfer.studies.recording_lines import log_of_recording
+from ppinfer.studies.recording_lines import header_line, log_of_recording
 from ppinfer.studies.storage import check_target
 from ppsim.errors import SimulationError
 from ppsim.workers import follow_the_parent
@@ -132,7 +131,7 @@ def record_study(
     cluster : str, optional
         Address of the scheduler of a Dask cluster that plays the trials instead; nor does it depend on that.
     resume : bool
-        Whether to continue a recording that is there; if not, it is refused.
+        Whether to continue a recording that is there; if not, one that holds trials is refused.
     progress : callable
         Told how many trials are done, of how many.
 
@@ -157,11 +156,12 @@ def record_study(
         if count < 1:
             raise SimulationError(f"{name} must be at least 1; got {count}")
     path = recording_path(target)
-    if path.exists() and not resume:
+    header = study.header()
+    if path.exists() and not resume and not _holds_nothing(path, header):
         raise SimulationError(
             f"{path}: an interrupted study left it; go on with it (--resume), or remove it to start anew"
         )
-    with _no_empty(path), RecordingWriter(path, study.header(), resume=resume) as recording:
+    with _no_empty(path, header), RecordingWriter(path, header, resume=True) as recording:
         resumed = len(recording.completed)
         if resumed > trials:
             raise SimulationError(
@@ -184,20 +184,21 @@ def record_study(
 
 
 @contextmanager
-def _no_empty(path: Path) -> Iterator[None]:
-    """Where it fails before the first trial ended, leave nothing that would be in the way of the next try."""
-    there = path.exists()
+def _no_empty(path: Path, header: RecordingHeader) -> Iterator[None]:
+    """Where it fails before the first trial is whole, leave nothing that would be in the way of the next try."""
     try:
         yield
     except BaseException:
-        if not there and path.exists() and _lines(path, at_most=2) < 2:
+        if path.exists() and _holds_nothing(path, header):
             path.unlink()
         raise
 
 
-def _lines(path: Path, *, at_most: int) -> int:
+def _holds_nothing(path: Path, header: RecordingHeader) -> bool:
+    """Whether a recording is of this study and has no whole trial: one that was killed, or that filled the disk."""
+    line = header_line(header)
     with path.open("rb") as recording:
-        return sum(1 for _ in islice(recording, at_most))
+        return line.startswith(recording.read(len(line))) and not recording.readline().endswith(b"\n")
 
 
 @contextmanager

@@ -160,6 +160,35 @@ def test_an_interrupted_study_is_convertible_and_goes_on_where_it_stopped(tmp_pa
     xr.testing.assert_identical(recorded.log, whole)
 
 
+@pytest.mark.parametrize("torn", [b"", b'{"crc32": "0'])
+def test_a_recording_without_a_whole_trial_is_in_nobodys_way(tmp_path, torn):
+    target, lone = tmp_path / "log.nc", recording_path(tmp_path / "log.nc")
+    RecordingWriter(lone, SMALL.header()).close()
+    with lone.open("ab") as file:
+        file.write(torn)
+    recorded = record_study(SMALL, 2, target, resume=False)
+    assert recorded.resumed == 0
+    assert recorded.log.sizes["trial"] == 2
+
+
+@pytest.mark.parametrize("left", [False, True])
+def test_a_study_that_fails_in_its_first_trial_leaves_no_recording(tmp_path, monkeypatch, left):
+    lone = recording_path(tmp_path / "log.nc")
+
+    def fail(study, index):
+        # as a disk that is full does: a part of the line is there
+        with lone.open("ab") as file:
+            file.write(b'{"crc32": "0')
+        raise OSError("no space left")
+
+    monkeypatch.setattr(ReachingStudy, "trial", fail)
+    if left:
+        RecordingWriter(lone, SMALL.header()).close()
+    with pytest.raises(OSError, match="no space"):
+        record_study(SMALL, 2, tmp_path / "log.nc", resume=False)
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_the_recording_of_another_study_is_not_overwritten(tmp_path):
     target = tmp_path / "log.nc"
     with RecordingWriter(recording_path(target), ReachingStudy(seed=99).header()) as recording:

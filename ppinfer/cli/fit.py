@@ -11,6 +11,7 @@ from ppinfer.cli.argument_types import whole_number
 from ppinfer.cli.model_options import (
     add_model_arguments,
     add_partner_argument,
+    check_partner,
     model_from_options,
     parse_settings,
 )
@@ -109,6 +110,7 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.studies.posterior import write_posterior
 
     model = model_from_options(args.model, args.settings)
+    check_partner(model, args.partner)
     check_output(args.output, suffix=".toml", inputs=[args.log])
     check_target(args.output)
     if args.held_out is not None:

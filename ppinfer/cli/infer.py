@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING
 from ppinfer.cli import infer_personality
 from ppinfer.cli.argument_types import whole_number
 from ppinfer.cli.infer_logged import run_logged
-from ppinfer.cli.model_options import add_model_arguments, add_partner_argument, model_from_options
+from ppinfer.cli.model_options import (
+    add_model_arguments,
+    add_partner_argument,
+    check_partner,
+    model_from_options,
+)
 from ppinfer.errors import ModelError
 
 if TYPE_CHECKING:
@@ -109,6 +114,7 @@ def run(args: argparse.Namespace) -> int:
         raise ModelError(f"--variant is for --model personality, not {args.model}")
     check_output(args.output, suffix=".nc", inputs=[args.log])
     model = model_from_options(args.model, args.settings)
+    check_partner(model, args.partner)
     with progress_bar("inferring goals") as progress:
         done = infer_posterior(
             args.log,

@@ -40,6 +40,26 @@ def add_partner_argument(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def check_partner(model: GoalModel, partner: str | None) -> None:
+    """Refuse a partner for a model that would not look at it.
+
+    Raises
+    ------
+    ModelError
+        Where one is named for nothing.
+
+    Examples
+    --------
+    >>> from ppinfer.goals import GoalCoupled
+    >>> check_partner(GoalCoupled(), "robot")
+    """
+    if partner is not None and not model.needs_partner:
+        raise ModelError(
+            f"--partner {partner}: model {model.name!r} as it is looks at no other agent; leave --partner out, or take "
+            "a model that does (--model goal-coupled)"
+        )
+
+
 def parse_settings(settings: Sequence[str]) -> dict[str, str]:
     """Return the parameters given as ``name=value``.
 

@@ -40,6 +40,17 @@ def test_a_partner_is_named(log, tmp_path, capsys):
     assert "no agent 'robt'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("options", [(), ("--model", "goal-coupled", "--set", "experts=motion,distance")])
+@pytest.mark.parametrize("command", ["infer", "fit"])
+def test_a_partner_for_a_model_that_looks_at_nobody_is_refused(command, options, log, tmp_path, capsys):
+    target = tmp_path / ("p.nc" if command == "infer" else "m.toml")
+    assert run_one(command, log, "-o", target, *options, "--partner", "robot") == 1
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "looks at no other agent" in told
+    assert not target.exists()
+
+
 def test_a_fit_writes_its_model_and_what_it_predicts_of_people_left_out(log, tmp_path, capsys):
     experts = "experts=motion,distance"
     held = ("motion.concentration=8", "motion.half_speed=2", "motion.outliers=0.05", "motion.tempering=0.3")

@@ -65,12 +65,10 @@ class PartnerMotion:
                     f"partner {self.name!r}: {name} has shape {value.shape}; expected {shape} as its positions"
                 )
         wrong = ~np.isfinite(self.position).all(axis=1) & self.seen
-        if self.velocity is not None:
-            wrong |= ~np.isfinite(self.velocity).all(axis=1) & self.seen
         if wrong.any():
             raise LogError(
-                f"partner {self.name!r}: position or velocity is not finite at sample {int(np.argmax(wrong))}; mark "
-                "dropouts as not observed"
+                f"partner {self.name!r}: position is not finite at sample {int(np.argmax(wrong))}; mark dropouts as "
+                "not observed"
             )
 
     @property
@@ -82,6 +80,27 @@ class PartnerMotion:
     def seen(self) -> Bool[np.ndarray, " sample"]:
         """`observed`, spelled out."""
         return np.ones(self.samples, dtype=bool) if self.observed is None else self.observed
+
+    def check_velocity(self) -> None:
+        """Refuse a velocity that no model can look at; those that look at none do not ask.
+
+        Raises
+        ------
+        LogError
+            Where a logged velocity is not finite although the agent was observed.
+
+        Examples
+        --------
+        >>> PartnerMotion("robot", np.zeros((3, 2)), velocity=np.ones((3, 2))).check_velocity()
+        """
+        if self.velocity is None:
+            return
+        wrong = ~np.isfinite(self.velocity).all(axis=1) & self.seen
+        if wrong.any():
+            raise LogError(
+                f"partner {self.name!r}: velocity is not finite at sample {int(np.argmax(wrong))}; mark dropouts as "
+                "not observed, or leave out all velocities"
+            )
 
     def take_samples(self, index: Int[np.ndarray, " taken"]) -> PartnerMotion:
         """Return the motion at some samples.

@@ -7,7 +7,7 @@ import pytest
 from numpy.testing import assert_array_equal
 
 from ppinfer.errors import LogError
-from ppinfer.goals import GoalEvidence, GoalLQR, PartnerMotion, infer_goals
+from ppinfer.goals import GoalCoupled, GoalEvidence, GoalLQR, PartnerMotion, infer_goals
 
 
 def evidence(**changed):
@@ -74,3 +74,13 @@ def test_partners_that_are_not_there_are_named():
 def test_partners_that_do_not_fit_are_refused(partner, message):
     with pytest.raises(LogError, match=message):
         evidence(partners=(partner(),))
+
+
+def test_a_velocity_that_is_not_finite_matters_to_models_that_look_at_it_only():
+    velocity = np.ones((5, 2))
+    velocity[3] = np.nan
+    beside = evidence(partners=(PartnerMotion("robot", np.zeros((5, 2)), velocity=velocity),))
+    plain = infer_goals(GoalLQR(), evidence()).log_posterior
+    assert_array_equal(infer_goals(GoalLQR(), beside).log_posterior, plain)
+    with pytest.raises(LogError, match=r"partner 'robot': velocity is not finite at sample 3; mark dropouts"):
+        infer_goals(GoalCoupled(), beside)

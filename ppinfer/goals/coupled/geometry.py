@@ -90,6 +90,7 @@ class Geometry:
         partner_known = np.empty((partners, samples), dtype=bool)
         partner_distance, partner_closing = np.empty((2, partners, samples, count))
         for index, partner in enumerate(evidence.partners):
+            partner.check_velocity()
             logged = partner.velocity is not None
             partner_geometry(
                 evidence.time,

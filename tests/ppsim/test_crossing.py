@@ -100,6 +100,11 @@ def test_the_table_says_what_was_counted(capsys):
 def test_bad_options_are_one_line(capsys):
     assert main(["crossing", "--runs", "0", "--controllers", "none"]) == 1
     assert "runs must be at least 1; got 0" in capsys.readouterr().err
+    for twice in (["--noise", ".1", ".1"], ["--controllers", "none", "none"]):
+        assert main(["crossing", "--runs", "1", *twice]) == 1
+        told = capsys.readouterr().err
+        assert told.count("\n") == 1
+        assert "is named twice" in told
     with pytest.raises(SystemExit):
         main(["crossing", "--controllers", "alg4"])
     assert capsys.readouterr().err.count("\n") == 1

@@ -125,6 +125,7 @@ def test_examples_made_otherwise_are_not_mixed(tmp_path):
     [
         ({"continuations": 0}, "continuations must be at least 1"),
         ({"noise": -1.0}, "noise must be finite"),
+        ({"noise": 1e200}, "noise must be finite"),
         ({"goals": (1,)}, "goals must be at least 2"),
         ({"humans": ("shy",)}, "humans must be some of waiting, moving, stubborn; got shy"),
         ({"keep": 1.5}, "keep must be a probability"),

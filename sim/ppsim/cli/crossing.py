@@ -82,8 +82,12 @@ def run(args: argparse.Namespace) -> int:
     """Play all runs, and print what came out."""
     from ppinfer.cli.output import print_json
     from ppinfer.cli.progress import progress_bar
-    from ppsim.reaching.crossing import Crossing, cross_many, summarise
+    from ppsim.naming import checked_names
+    from ppsim.reaching.crossing import CONTROLLERS, Crossing, cross_many, summarise
 
+    checked_names("controllers", args.controllers, CONTROLLERS)
+    noises = [repr(noise) for noise in args.noise]
+    checked_names("noises", noises, noises)
     cells: list[dict[str, Any]] = []
     # all are built before the first is played, so that a wrong value costs nothing
     crossings = [Crossing(noise, eps=args.eps) for noise in args.noise]

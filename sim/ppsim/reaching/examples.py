@@ -22,6 +22,8 @@ from ppsim.reaching.world import goals_reached
 from ppsim.seeds import batch_rng
 from ppsim.workers import in_order
 
+_FASTEST = 1e6
+
 
 @dataclass(frozen=True)
 class ExampleStudy:
@@ -91,8 +93,11 @@ class ExampleStudy:
                 raise SimulationError(f"{name} must be at least 1; got {getattr(self, name)}")
         if self.seed < 0:
             raise SimulationError(f"seed must not be negative; got {self.seed}")
-        if not (math.isfinite(self.noise) and self.noise >= 0):
-            raise SimulationError(f"noise must be finite and not negative (m/s); got {self.noise!r}")
+        # examples are in single precision
+        if not 0 <= self.noise <= _FASTEST:
+            raise SimulationError(
+                f"noise must be finite and not negative, at most {_FASTEST:g} (m/s); got {self.noise!r}"
+            )
         if not 0 <= self.keep <= 1:
             raise SimulationError(f"keep must be a probability; got {self.keep!r}")
         for name in ("every", "limit"):

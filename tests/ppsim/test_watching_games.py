@@ -102,6 +102,34 @@ def test_bars_are_as_high_as_the_beliefs(game):
     assert framed == [picture.game.partner_goal[20]]
 
 
+def test_goals_that_a_game_does_not_have_get_no_bars():
+    log = log_of_study(GameStudy(robots=("influence",), humans=("moving",), goals=(3, 5), duration=1.0), [0])
+    picture = GamePicture(log)
+    assert (len(picture.game.goals), len(picture._belief), len(picture._mind)) == (5, 3, 3)
+    assert [len(bars) for bars in picture._post] == [3, 3, 3]
+    picture.show(4)
+    heights = [bar.get_height() / 0.88 for bar in picture._belief]
+    assert sum(heights) == pytest.approx(1.0)
+    assert [tick.get_text() for tick in picture.figure.axes[1].get_xticklabels()] == ["0", "1", "2"]
+
+
+def test_of_a_robot_of_ones_own_the_picture_has_what_it_held_and_nothing_else(game):
+    own = game.copy(deep=True)
+    names = own["controller"].values.astype(object)
+    names[names == "expected-cost"] = "mine:Robot"
+    own["controller"] = (own["controller"].dims, names)
+    own["live_log_post"].values[:] = np.log(0.25)
+    read = read_game(own)
+    goal = int(read.partner_goal[7])
+    np.testing.assert_allclose(read.post[7, goal], 0.25)
+    assert np.isnan(np.delete(read.post[7], goal, axis=0)).all()
+    assert paths_at(read, 7).goal == goal
+    picture = GamePicture(own)
+    picture.show(7)
+    rows = [[bar.get_height() / 0.88 for bar in bars] for bars in picture._post]
+    np.testing.assert_allclose(rows, np.where(np.eye(4)[goal], 0.25, 0.0)[:, None].repeat(4, axis=1))
+
+
 def test_a_collision_is_counted_and_red_for_a_while():
     log = example_interaction_log(trials=1)
     log["collision"] = ("sample", (np.arange(30) == 10).astype(np.int8))

@@ -18,6 +18,7 @@ from ppinfer.plots.palette import (
     goal_colour_among_agents,
     quiet,
 )
+from ppinfer.studies.assumed_reactions import robots_of_ones_own
 from ppsim.reaching.watching import held_live, paths_at, read_game, scores_of
 
 if TYPE_CHECKING:
@@ -57,7 +58,8 @@ class GamePicture:
     In the plane: goals (diamonds), the human (orange) and the robot (blue) with where they just were, the candidate
     trajectories to the robot's goal, made anew from the log (safe ones blue, others dotted red, the chosen one thick),
     and a ring about the goal of each agent. Beside it, as bars: the belief about the human's goal, what the human is
-    taken to think the robot's is, and b_post, one row for each goal of the robot, framed where it is the present one.
+    taken to think the robot's is, and b_post, one row for each goal of the robot, framed where it is the present one;
+    of a robot of one's own, whose conditional no log holds, that row alone: the one that it held live.
     Below, b_post given the robot's goal so far.
 
     Parameters
@@ -93,10 +95,13 @@ class GamePicture:
         self._plane = self.figure.add_axes((0.065, 0.295, 0.56, 0.645))
         self._moving: list[Artist] = []
         self._make_plane()
-        goals = len(self.game.goals)
+        # a log may have more goals than this game
+        self._there = np.flatnonzero((~np.isnan(self.game.places).any(axis=2)).any(axis=0)).tolist()
+        goals, own = len(self._there), robots_of_ones_own(log, self.game.partner)
+        said = "where, as the robot held it live" if own else "where, if the robot goes for"
         self._belief = self._make_bars((0.70, 0.76, 0.27, 0.13), "where will the human go?", 1)[0]
         self._mind = self._make_bars((0.70, 0.565, 0.27, 0.13), "where does it think the robot goes?", 1)[0]
-        self._post = self._make_bars((0.70, 0.27, 0.27, 0.225), "where, if the robot goes for", goals)
+        self._post = self._make_bars((0.70, 0.27, 0.27, 0.225), said, goals)
         self._make_history()
         self._make_words()
         for artist in self._moving:
@@ -110,11 +115,12 @@ class GamePicture:
         goal = int(game.partner_goal[sample])
         self._show_agents(sample, goal)
         self._show_paths(sample)
-        _set_bars(self._belief, self.beliefs["belief"][sample])
-        _set_bars(self._mind, self.beliefs["mental_model"][sample])
-        for row, (bars, post) in enumerate(zip(self._post, game.post[sample], strict=True)):
-            _set_bars(bars, np.nan_to_num(post))
-            self._rows[row].set_visible(row == goal)
+        there = self._there
+        _set_bars(self._belief, self.beliefs["belief"][sample, there])
+        _set_bars(self._mind, self.beliefs["mental_model"][sample, there])
+        for row, bars, frame in zip(there, self._post, self._rows, strict=True):
+            _set_bars(bars, np.nan_to_num(game.post[sample, row, there]))
+            frame.set_visible(row == goal)
         self._now.set_data([game.time[sample]] * 2, [0.0, 1.0])
         self._show_events(sample)
 
@@ -187,7 +193,7 @@ class GamePicture:
         from matplotlib.patches import Rectangle
 
         ax = self.figure.add_axes(place)
-        names, count = self.game.goals, len(self.game.goals)
+        names, count = [self.game.goals[goal] for goal in self._there], len(self._there)
         ax.set(xlim=(-0.6, count - 0.4), ylim=(0, rows), yticks=[])
         for tick in ax.set_xticks(range(count), names, fontsize="small"):
             tick.label1.set_parse_math(False)
@@ -201,15 +207,15 @@ class GamePicture:
             floor = float(rows - 1 - row)
             ax.axhline(floor, color=FAINT, linewidth=0.8)
             bars = [
-                Rectangle((goal - 0.35, floor), 0.7, 0.0, color=goal_colour_among_agents(goal), linewidth=0)
-                for goal in range(count)
+                Rectangle((at - 0.35, floor), 0.7, 0.0, color=goal_colour_among_agents(goal), linewidth=0)
+                for at, goal in enumerate(self._there)
             ]
             for bar in bars:
                 ax.add_patch(bar)
             if rows > 1:
                 ax.text(
                     -0.7, floor + 0.5, names[row], ha="right", va="center", fontsize="small", weight="bold",
-                    color=goal_colour_among_agents(row), parse_math=False,
+                    color=goal_colour_among_agents(self._there[row]), parse_math=False,
                 )  # fmt: skip
                 frame = Rectangle(
                     (-0.55, floor + 0.02), count + 0.1, 0.96, fill=False, color=ROBOT_COLOUR, linewidth=2,
@@ -227,7 +233,7 @@ class GamePicture:
 
         ax, game = self.figure.add_axes((0.065, 0.075, 0.905, 0.115)), self.game
         given = self.beliefs["given"]
-        for goal in range(len(game.goals)):
+        for goal in self._there:
             ax.plot(game.time, given[:, goal], color=goal_colour_among_agents(goal), linewidth=1.3)
         for which, colour in ((np.diff(self.score, prepend=0) > 0, INK), (game.collision, WARNING)):
             ax.vlines(game.time[which], 0, 1, color=colour, linewidth=1.4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from jaxtyping import Float, Int
 
 from ppinfer.errors import LogError
 from ppinfer.studies import infer_log_conditional
+from ppinfer.studies.assumed_reactions import robots_of_ones_own
 from ppinfer.studies.conditional_beliefs import other_agent
 from ppinfer.studies.interaction import Interaction, Stretch, read_interaction
 from ppinfer.studies.interaction_safety import CandidatePaths, candidate_paths, situation_at
@@ -23,6 +25,9 @@ _ROLLOUTS = 200
 
 def read_game(log: xr.Dataset) -> Interaction:
     """Read a log of one game: who was where, and the beliefs at every sample.
+
+    Of a robot of one's own the log holds no conditional, but what it held live given its goal: of ``post`` only that
+    row is there then, and NaN elsewhere.
 
     Parameters
     ----------
@@ -49,9 +54,20 @@ def read_game(log: xr.Dataset) -> Interaction:
     agent = default_agent(log)
     other_agent(log, agent)
     here = log.load()
-    return read_interaction(
+    game = read_interaction(
         here, infer_log_conditional(here, agent=agent), Stretch(0, 0, here.sizes["sample"])
     )
+    if "live_log_post" in here and robots_of_ones_own(here, game.partner):
+        game = _as_held(game, np.exp(here["live_log_post"].values))
+    return game
+
+
+def _as_held(game: Interaction, given: Float[np.ndarray, "sample goal"]) -> Interaction:
+    """Return the game with the b_post that the robot held: one row at each sample; NaN where it is not known."""
+    post = np.full_like(game.post, np.nan)
+    going = np.flatnonzero(game.partner_goal >= 0)
+    post[going, game.partner_goal[going]] = given[going]
+    return replace(game, post=post, given=given)
 
 
 def scores_of(log: xr.Dataset, points: int = 2) -> Int[np.ndarray, " sample"]:

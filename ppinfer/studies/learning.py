@@ -137,7 +137,9 @@ def study_learning(
         def tell(done: int, total: int, before: int = before) -> None:
             progress(before + done, training.epochs * len(sizes))
 
-        trained = train(ExampleRange(store, 0, size), configuration, training, progress=tell)
+        trained = train(
+            ExampleRange(store, 0, size), configuration, training, game=_game_of(store), progress=tell
+        )
         found = trained.predictor.log_probabilities_of(scored)
         rows.append(
             LearningRow(
@@ -187,15 +189,18 @@ def split_of(store: ExampleStore, held_out: float) -> int:
     if not 0 < held_out < 1:
         raise LogError(f"the share held out must be above 0 and below 1; got {held_out:g}")
     examples, batch = len(store), store.header.batch
-    # a generator that says how many examples it takes of a game writes them side by side
-    game = int(store.header.configuration.get("instants", 1))
-    unit = batch if examples > 2 * batch else game
+    unit = batch if examples > 2 * batch else _game_of(store)
     split = round(examples * (1 - held_out))
     if examples > unit:
         split = max(unit, split // unit * unit)
     if split < 2 or split >= examples:
         raise LogError(f"{examples} examples are too few to hold out a share of {held_out:g}")
     return split
+
+
+def _game_of(store: ExampleStore) -> int:
+    # a generator that says how many examples it takes of a game writes them side by side
+    return int(store.header.configuration.get("instants", 1))
 
 
 def _even(scored: PredictionExamples) -> LearningRow:

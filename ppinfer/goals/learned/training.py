@@ -41,7 +41,8 @@ class Training:
     learning_rate : float
         Of Adam; it falls to nothing along half a cosine over the epochs.
     validation : float
-        Share of the examples, the last ones, that training does not see and that decides when to stop.
+        Share of the examples, the last ones, that training does not see and that decides when to stop; of whole games
+        (see `train`), so that it may be more.
     turned : bool
         Whether every example is seen rotated or mirrored anew each time: a plane looks the same in every direction.
     seed : int
@@ -105,6 +106,7 @@ def train(
     training: Training | None = None,
     *,
     validation: ExampleSource | None = None,
+    game: int = 1,
     progress: Callable[[int, int], None] | None = None,
 ) -> Trained:
     """Learn the weights of a network from examples (Appendix II).
@@ -119,24 +121,32 @@ def train(
         How.
     validation : ExampleSource, optional
         Examples that decide when to stop; default: the last ones of the source, which are then not trained on.
+    game : int
+        Examples of one game, side by side from the first one on: none of a game that is trained on decides when to
+        stop, unless there is but one.
     progress : callable, optional
         Told how many epochs are done, of how many at most.
 
     Raises
     ------
     ModelError
-        Where the extra is missing, there are fewer than two examples, or they do not fit the network.
+        Where the extra is missing, there are fewer than two examples, they do not fit the network, or a game has none.
     """
     torch = require_torch()
     training = training or Training()
+    if game < 1:
+        raise ModelError(f"game must be at least 1, examples side by side; got {game}")
     if validation is None:
         held = max(1, round(training.validation * len(source)))
         if len(source) < 2:
             raise ModelError(
                 f"{len(source)} examples are too few to learn from and to validate by; 2 at least"
             )
-        validation = ExampleRange(source, len(source) - held, len(source))
-        source = ExampleRange(source, 0, len(source) - held)
+        cut = len(source) - held
+        if len(source) > game:
+            cut = max(game, cut // game * game)
+        validation = ExampleRange(source, cut, len(source))
+        source = ExampleRange(source, 0, cut)
     first = source.read(0, min(_POOL, len(source)))
     length, speed = scales_of(first, Dynamics.named(configuration.dynamics, configuration.dt))
     configuration = replace(configuration, length_scale=length, speed_scale=speed)

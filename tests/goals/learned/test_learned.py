@@ -127,6 +127,24 @@ def test_training_stops_when_the_validation_loss_no_longer_falls_and_keeps_the_b
     assert told == [(epoch + 1, 100) for epoch in range(len(found.validation_loss))]
 
 
+@pytest.mark.parametrize(
+    ("examples", "game", "cut"), [(64, 1, 58), (64, 10, 50), (60, 10, 50), (15, 10, 10), (8, 10, 7)]
+)
+def test_no_game_is_both_trained_on_and_decides_when_to_stop(examples, game, cut):
+    made, asked = example_predictions(examples), []
+
+    class Told:
+        def __len__(self):
+            return examples
+
+        def read(self, start, stop):
+            asked.append((start, stop))
+            return made.read(start, stop)
+
+    train(Told(), SMALL, Training(epochs=1), game=game)
+    assert set(asked) == {(0, cut), (cut, examples)}
+
+
 def test_the_same_seed_gives_the_same_weights_and_another_one_others(trained, tmp_path):
     again = train(example_predictions(64), SMALL, Training(epochs=2, seed=5))
     for name, found in (("a", trained), ("b", again)):

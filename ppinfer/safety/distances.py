@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -33,25 +32,15 @@ def segment_distance(
     >>> segment_distance(one[0], one[1], other[0], other[1])
     array(1.)
     """
-    along, across = first_end - first_start, second_end - second_start
-    offset = first_start - second_start
-    a, e, b = (along * along).sum(-1), (across * across).sum(-1), (along * across).sum(-1)
-    c, f = (along * offset).sum(-1), (across * offset).sum(-1)
+    # imported here: compiled
+    from ppinfer.safety.scans import segment_gaps
 
-    s = _share(b * f - c * e, a * e - b * b)
-    t = np.where(e > 0.0, (b * s + f) / np.where(e > 0.0, e, 1.0), 0.0)
-    # beyond an end of the second segment it is that end which counts
-    s = np.where(t <= 0.0, _share(-c, a), np.where(t >= 1.0, _share(b - c, a), s))
-    t = np.clip(t, 0.0, 1.0)
-    apart = offset + s[..., None] * along - t[..., None] * across
-    distance: np.ndarray = np.asarray(np.sqrt((apart * apart).sum(-1)))
+    ends = np.broadcast_arrays(first_start, first_end, second_start, second_end)
+    batch, space = ends[0].shape[:-1], ends[0].shape[-1]
+    distance = np.empty(batch)
+    a, b, c, d = (np.array(end, dtype=np.float64, order="C").reshape(-1, space) for end in ends)
+    segment_gaps(np.zeros(space), a, b, c, d, distance.reshape(-1))
     return distance
-
-
-def _share(numerator: Any, denominator: Any) -> Any:
-    # where there is no length any share will do
-    share = np.clip(numerator / np.where(denominator > 0.0, denominator, 1.0), 0.0, 1.0)
-    return np.where(denominator > 0.0, share, 0.0)
 
 
 @dataclass(frozen=True, eq=False)

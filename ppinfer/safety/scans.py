@@ -373,7 +373,7 @@ def count_safe_bodies(
                         continue
                     for own in range(len(own_radius)):
                         for its in range(first[other], first[other + 1]):
-                            gap = _segment_gap(
+                            gap = segment_gap(
                                 offset, own_start[own], own_end[own], its_start[its], its_end[its]
                             )
                             if gap - own_radius[own] - its_radius[its] < distance[other]:
@@ -390,13 +390,14 @@ def count_safe_bodies(
 
 
 @numba.njit(cache=True, nogil=True, error_model="numpy")
-def _segment_gap(
+def segment_gap(
     offset: Float[np.ndarray, " space"],
     own_start: Float[np.ndarray, " space"],
     own_end: Float[np.ndarray, " space"],
     its_start: Float[np.ndarray, " space"],
     its_end: Float[np.ndarray, " space"],
 ) -> float:
+    """Return the least distance between two segments, the first one moved by the offset; a segment may be a point."""
     a, e, b, c, f = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(len(offset)):
         along, across = own_end[k] - own_start[k], its_end[k] - its_start[k]
@@ -424,3 +425,17 @@ def _segment_gap(
         apart += s * (own_end[k] - own_start[k]) - t * (its_end[k] - its_start[k])
         square += apart * apart
     return float(np.sqrt(square))
+
+
+@numba.njit(cache=True, nogil=True)
+def segment_gaps(
+    offset: Float[np.ndarray, " space"],
+    own_start: Float[np.ndarray, "pair space"],
+    own_end: Float[np.ndarray, "pair space"],
+    its_start: Float[np.ndarray, "pair space"],
+    its_end: Float[np.ndarray, "pair space"],
+    gap: Float[np.ndarray, " pair"],
+) -> None:
+    """Write the distances of many pairs of segments."""
+    for pair in range(len(gap)):
+        gap[pair] = segment_gap(offset, own_start[pair], own_end[pair], its_start[pair], its_end[pair])

@@ -14,6 +14,7 @@ from ppinfer.errors import ModelError
 from ppinfer.goals.belief import infer_goals
 from ppinfer.goals.evidence import GoalEvidence
 from ppinfer.goals.lqr import GoalLQR
+from ppinfer.goals.mental_model import paper_agent
 from ppinfer.goals.model import GoalModel, require_range
 from ppinfer.goals.priors import log_priors
 from ppinfer.goals.switching import row_transitions
@@ -23,9 +24,7 @@ from ppinfer.goals.yielding.reaction import GoalReaction, SoftmaxReaction
 
 def _game_motion() -> GoalLQR:
     # the agent of the reaching game, Q = 10 I and R = I; its controls may stray by 10 m/s^2
-    return GoalLQR(
-        dynamics="double-integrator", state_weight=10.0, control_weight=1.0, rationality=0.005, stay=0.995
-    )
+    return paper_agent(0.005, stay=0.995)
 
 
 @dataclass(frozen=True)

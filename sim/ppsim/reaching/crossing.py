@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 
 import numpy as np
 from jaxtyping import Float
 
-from ppinfer.goals import Dynamics, NoisilyRational
+from ppinfer.goals import Dynamics
+from ppinfer.goals.choice import point_agent
 from ppinfer.safety import (
     CandidateController,
     LinearAgent,
@@ -95,10 +96,8 @@ class Crossing:
 
 @lru_cache(maxsize=16)
 def _agent(noise: float) -> LinearAgent:
-    dynamics = Dynamics.double_integrator(_DT)
-    agent = NoisilyRational.lqr(dynamics, state_weight=10.0, control_weight=1.0)
     disturbance = np.diag([0.0, noise**2, 0.0, noise**2]) if noise else None
-    return LinearAgent(dynamics.A, dynamics.B, agent.K, dynamics.position_index, noise=disturbance)
+    return replace(point_agent(_DT), noise=disturbance)
 
 
 Control = Callable[[np.ndarray, np.ndarray, Sequence[Mover], np.random.Generator], SafeControl]

@@ -89,11 +89,13 @@ for (above, below), trial in zip(panels.T, (2 * GAME, 2 * GAME + 1), strict=True
     for number, (place, colour) in enumerate(zip(goals, GOALS, strict=True)):
         above.plot(*place, "s", color=colour, ms=15)
         above.text(*place, str(number), color="white", ha="center", va="center", fontweight="bold")
-    for agent, colour in ((robot, COLOUR["robot"]), (human, COLOUR["human"])):
+    for agent, who in ((robot, "robot"), (human, "human")):
+        colour = COLOUR[who]
         path = log.position.values[here, agent]
-        above.plot(*path.T, ".-", color=colour, linewidth=1.5, ms=3)
+        above.plot(*path.T, ".-", color=colour, linewidth=1.5, ms=3, label=who)
         above.plot(*path[0], "o", mfc="white", mec=colour, mew=2, ms=9)
     above.set(xlim=(-11, 11), ylim=(-11, 11), aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    above.legend(loc="best", frameon=False, fontsize="small")
     above.set_title(f"the {kind[trial]} human", loc="left")
     joint = posterior.values[here].reshape(steps + 1, -1)
     shades = [(colour, alpha) for colour in GOALS for alpha in (0.35, 1.0)]

@@ -112,7 +112,7 @@ fig, panels = plt.subplots(
 )
 for ax, (title, goal, post) in zip(panels, ways, strict=True):
     draw_mover(ax, human_mover(situation, post), 20)
-    draw_goals(ax, places, interaction.goals)
+    draw_goals(ax, places, interaction.goals, among=interaction.position[EARLY])
     ax.plot(*situation.robot_position, "o", color="#0072B2", ms=9, mec="white", zorder=8)
     if goal is not None:
         ax.plot(*places[goal], "s", color="#0072B2", fillstyle="none", ms=17, mew=1.8)

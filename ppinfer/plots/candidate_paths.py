@@ -86,7 +86,12 @@ def plot_candidates(
     ax.plot(*positions[0, 0], "o", color=ROBOT_COLOUR, ms=9, mec="white", zorder=8, label="robot")
     ax.plot(*paths.place, "s", color=ROBOT_COLOUR, fillstyle="none", ms=16, mew=1.8, zorder=7, label="target")
     if goals is not None:
-        draw_goals(ax, goals, labels)
+        draw_goals(
+            ax,
+            goals,
+            labels,
+            among=np.concatenate([chosen, paths.human.agent.position(paths.human.state)[None]]),
+        )
     plane(ax, units)
     ax.margins(0.08)
     found = paths.choice.certificate

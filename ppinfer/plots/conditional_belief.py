@@ -188,7 +188,7 @@ def _new_panels(beliefs: int, figure: Figure | None) -> tuple[Axes, ...]:
         from matplotlib.figure import Figure as NewFigure
 
         figure = NewFigure(figsize=(10.4, max(4.0, 0.8 + 1.1 * beliefs)), layout="constrained")
-    grid = figure.add_gridspec(beliefs, 2, width_ratios=[1.55, 1])
+    grid = figure.add_gridspec(beliefs, 2, width_ratios=[1.2, 1])
     first = figure.add_subplot(grid[0, 0])
     others = [figure.add_subplot(grid[row, 0], sharex=first) for row in range(1, beliefs)]
     return (first, *others, figure.add_subplot(grid[:, 1]))

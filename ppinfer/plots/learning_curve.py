@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,8 @@ _LEVELS = {
     "model": ("model, default weights", GOAL_COLOURS[1], "--"),
     "even": ("even odds", MUTED, ":"),
 }
+# sizes of so many digits fit below a panel
+_LABELS = 4
 
 
 def plot_learning_curve(rows: Sequence[LearningRow], *, axes: Sequence[Axes] | None = None) -> Axes:
@@ -56,6 +59,7 @@ def plot_learning_curve(rows: Sequence[LearningRow], *, axes: Sequence[Axes] | N
         from matplotlib.figure import Figure
 
         axes = Figure(figsize=(9.6, 3.4), layout="constrained").subplots(1, len(PANELS))
+    sizes = sorted({row.examples for row in rows if row.prediction in _CURVES})
     most = max((row.examples for row in rows), default=1)
     for ax, (name, label) in zip(axes, PANELS.items(), strict=True):
         for prediction, (text, colour, marker) in _CURVES.items():
@@ -75,6 +79,11 @@ def plot_learning_curve(rows: Sequence[LearningRow], *, axes: Sequence[Axes] | N
                     value = getattr(row.score, name)
                     ax.axhline(value, color=colour, linestyle=dashes, linewidth=1.4, label=text)
         ax.set_xscale("log")
+        if sizes:
+            # the sizes and nothing else: labels of a logarithmic axis collide where it has few decades
+            shown = _apart(sizes)
+            ax.set_xticks(shown, [f"{size:,}" for size in shown])
+            ax.set_xticks(sizes, [""] * len(sizes), minor=True)
         if name != "mean_log_probability":
             ax.set_yscale("log")
             # less than two decades: powers of ten alone would be one label
@@ -89,3 +98,13 @@ def plot_learning_curve(rows: Sequence[LearningRow], *, axes: Sequence[Axes] | N
         handles, labels, loc="outside lower center", ncols=4, frameon=False, fontsize="small", labelcolor=INK
     )
     return axes[0]
+
+
+def _apart(sizes: list[int]) -> list[int]:
+    """Return those that there is room for in a narrow panel, from the greatest down."""
+    least = (math.log(sizes[-1]) - math.log(sizes[0])) / _LABELS
+    shown: list[int] = []
+    for size in reversed(sizes):
+        if not shown or math.log(shown[-1] / size) >= least:
+            shown.append(size)
+    return shown[::-1]

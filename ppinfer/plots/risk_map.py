@@ -79,7 +79,10 @@ def plot_risk_map(
     if robot is not None:
         ax.plot(*robot, "o", color=ROBOT_COLOUR, ms=9, mec="white", zorder=8, label="robot")
     if goals is not None:
-        draw_goals(ax, goals, labels)
+        agents = [other.agent.position(other.state) for other in risk.others]
+        if robot is not None:
+            agents.append(np.asarray(robot, dtype=np.float64))
+        draw_goals(ax, goals, labels, among=np.array(agents).reshape(-1, 2))
     plane(ax, units)
     ax.set_aspect("equal", adjustable="box")
     ax.grid(visible=False)

@@ -9,12 +9,21 @@ from ppinfer.errors import LogError
 from ppinfer.goals.choice.joint import point_agent
 from ppinfer.plots import plot_candidates, plot_conditional_belief, plot_game_performance, plot_risk_map
 from ppinfer.plots.game_performance import GAME_LABELS
-from ppinfer.plots.palette import AGENT_COLOURS, HUMAN_COLOUR, ROBOT_COLOUR, goal_colour_among_agents
+from ppinfer.plots.learning_curve import plot_learning_curve
+from ppinfer.plots.palette import (
+    AGENT_COLOURS,
+    HUMAN_COLOUR,
+    ROBOT_COLOUR,
+    goal_colour_among_agents,
+    new_axes,
+)
+from ppinfer.plots.workspace import draw_goals
 from ppinfer.safety import Mover
 from ppinfer.studies import infer_log_conditional
 from ppinfer.studies.interaction import read_interaction, stretches
 from ppinfer.studies.interaction_safety import candidate_paths, risk_map
 from ppinfer.testing import example_goal_situation, example_interaction_log
+from ppinfer.testing.prediction_examples import example_learning_rows
 
 
 @pytest.fixture(scope="module")
@@ -60,6 +69,36 @@ def test_each_panel_draws_one_belief_in_the_order_that_is_said(interaction):
     assert panels[-1].get_xlabel() == "time [s]"
     assert paths.get_title(loc="left") == "trial scene-1"
     panels[0].figure.canvas.draw()
+
+
+def test_the_panel_of_paths_is_a_square_that_they_fill(interaction):
+    ax = plot_conditional_belief(interaction)[-1]
+    points = np.concatenate([interaction.position.reshape(-1, 2), interaction.places.reshape(-1, 2)])
+    span = np.ptp(points, axis=0).max()
+    ax.figure.canvas.draw()
+    for low, high in (ax.get_xlim(), ax.get_ylim()):
+        assert span < high - low < 1.3 * span
+
+
+def test_a_goals_label_stands_clear_of_who_is_at_the_goal():
+    ax = new_axes()
+    at_goal = np.array([[0.15, 0.2], [8.0, 8.0]])
+    draw_goals(ax, np.array([[0.0, 0.0], [5.0, 0.0]]), ("cup", "pan"), among=at_goal)
+    first, second = ax.texts
+    assert first.get_position() == (-9, -9)
+    assert second.get_position() == (9, 9)
+
+
+def test_the_sizes_of_a_learning_curve_are_labelled_where_there_is_room():
+    rows = example_learning_rows()
+    ax = plot_learning_curve(rows)
+    ax.figure.canvas.draw()
+    learned = {row.examples for row in rows if row.prediction == "learned"}
+    shown = [label.get_text() for label in ax.get_xticklabels()]
+    assert 1 <= len(shown) <= 5
+    assert {int(text.replace(",", "")) for text in shown} <= learned
+    assert f"{max(learned):,}" in shown
+    assert all(label.get_text() == "" for label in ax.get_xticklabels(minor=True))
 
 
 def test_strips_have_the_colours_of_the_humans_and_the_robots_goals(interaction):

@@ -18,6 +18,7 @@ from ppinfer.plots.palette import (
     goal_colour_among_agents,
     quiet,
 )
+from ppinfer.plots.workspace import clear_corner, halo
 from ppinfer.studies.assumed_reactions import robots_of_ones_own
 from ppsim.reaching.watching import held_live, paths_at, read_game, scores_of
 
@@ -31,6 +32,8 @@ _SIZE, _DPI = (9.6, 7.2), 100
 # a score or a collision is to be seen for so many samples, and where the agents were for so many
 _GLOW, _TRAIL = 5, 20
 _MARGIN = 2.0
+# how far a goal's label is from it: outside its rings
+_ASIDE = 0.6
 
 
 def _on_white(colour: str, share: float) -> tuple[int, int, int]:
@@ -162,7 +165,7 @@ class GamePicture:
             for goal in range(len(game.goals))
         ]
         self._names = [
-            ax.text(0, 0, name, fontsize="small", color=INK, zorder=9, parse_math=False)
+            ax.text(0, 0, name, fontsize="small", color=INK, zorder=9, parse_math=False, path_effects=halo())
             for name in game.goals
         ]
         colours = (HUMAN_COLOUR, ROBOT_COLOUR)
@@ -261,7 +264,9 @@ class GamePicture:
             place = game.places[sample, number]
             line.set_data(*place[:, None])
             name.set_visible(bool(np.isfinite(place).all()))
-            name.set_position((float(place[0]) + 0.45, float(place[1]) + 0.45))
+            across, up = clear_corner(place, game.position[sample], _ASIDE)
+            name.set(ha="left" if across > 0 else "right", va="bottom" if up > 0 else "top")
+            name.set_position((float(place[0]) + _ASIDE * across, float(place[1]) + _ASIDE * up))
         heading = next((one.goal for one in game.headings if one.start <= sample < one.stop), -1)
         for agent, pursued in enumerate((heading, goal)):
             self._trails[agent].set_data(*game.position[max(0, sample - _TRAIL) : sample + 1, agent].T)

@@ -67,7 +67,9 @@ _CONTROL_WEIGHTS = np.geomspace(0.1, 1000.0, 9)
 _FIRST_STEP = 0.7
 # steps of the differences, and the relative gain at which an ascent ends
 _DIFFERENCE = 1e-6
-_FLAT = 1e-6
+_FLAT = 1e-11
+# standard deviation, on the scales of the search, of the prior of a model with many parameters about where it starts
+_PRIOR_SPREAD = 1.0
 # the plain model without a floor is taken where it predicts as well as this
 _AS_GOOD = 1e-6
 # on the scales of the search; e^3 on the logarithmic one
@@ -144,6 +146,11 @@ def fit_goals(
     from sample to sample, it is far from 1. Where one of the two is fixed, the other is fitted. ``stay`` is fitted as
     if one more change of mind had been seen than was (log(1 - stay) / samples is added to the objective): people who
     never changed theirs do not make a change impossible. The floor is set to 0 where that predicts as well.
+
+    A model with many parameters that trade off against each other (``search = "gradient"``, goal-coupled) has a weak prior:
+    each parameter is normal about where the search starts, with standard deviation 1 on the scale that it is searched
+    on (a factor e), worth as much as one stretch of motion among all. So the maximum does not depend on the order of
+    the data, and a few segments do not drive a parameter to its bounds.
 
     ``likelihood`` (goal-lqr only) maximises the likelihood (22) of the controls given the true goals; tempering is 1
     and there is no evidence floor.
@@ -242,8 +249,16 @@ def _fit_predictive(model: GoalModel, data: LabelledEvidence, free: list[str]) -
         caution = math.log1p(-model.stay) / seen if "stay" in free else 0.0
         return predictive_score(model, data) + caution
 
-    search = _ascend if model.search == "gradient" else _climb
-    point, _, evaluations, converged = search(objective, start, bounds)
+    if model.search == "gradient":
+        stretches = len(np.unique(data.evidence.row_of_sample[data.weight > 0]))
+
+        def regularised(point: Float[np.ndarray, " free"]) -> float:
+            # many parameters trade off against each other: a few segments, or their order, must not decide
+            return objective(point) - float(((point - start) ** 2).sum()) / (2 * _PRIOR_SPREAD**2 * stretches)
+
+        point, _, evaluations, converged = _ascend(regularised, start, bounds)
+    else:
+        point, _, evaluations, converged = _climb(objective, start, bounds)
     fitted = at(point)
     value = predictive_score(fitted, data)
     at_bound = tuple(

@@ -115,7 +115,7 @@ def check_goal_conditional(
 
 def _for_situations(law: Law, examples: int) -> None:
     try:
-        from hypothesis import HealthCheck, given, settings
+        from hypothesis import HealthCheck, Phase, given, settings
     except ImportError as error:
         raise PPInferError("this check needs Hypothesis: pip install 'ppinfer[test]'") from error
     from ppinfer.testing.situation_strategies import goal_situations
@@ -126,6 +126,7 @@ def _for_situations(law: Law, examples: int) -> None:
         database=None,
         max_examples=examples,
         report_multiple_bugs=False,
+        phases=[Phase.explicit, Phase.generate, Phase.shrink],
         suppress_health_check=list(HealthCheck),
     )
     quiet(given(situation=goal_situations())(law))()

@@ -54,7 +54,7 @@ def check_likelihood(model: GoalModel, *, examples: int = 40, twin: bool = True,
     >>> check_likelihood(NearestGoal(scale=2.0), examples=5)
     """
     try:
-        from hypothesis import HealthCheck, given, settings
+        from hypothesis import HealthCheck, Phase, given, settings
     except ImportError as error:
         raise PPInferError("check_likelihood needs Hypothesis: pip install 'ppinfer[test]'") from error
     from ppinfer.testing.evidence_strategies import goal_evidences
@@ -64,6 +64,8 @@ def check_likelihood(model: GoalModel, *, examples: int = 40, twin: bool = True,
         deadline=None,
         database=None,
         max_examples=examples,
+        # which parts of a counter-example do not matter is not worth the time it takes
+        phases=[Phase.explicit, Phase.generate, Phase.shrink],
         suppress_health_check=list(HealthCheck),
     )
     for law in LAWS:

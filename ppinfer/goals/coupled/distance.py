@@ -72,10 +72,10 @@ class Lead(GeometryExpert):
 
     name: ClassVar[str] = "lead"
     needs_partner: ClassVar[bool] = True
-    fitted: ClassVar[dict[str, str]] = {"weight": "linear", "cap": "linear"}
+    fitted: ClassVar[dict[str, str]] = {"weight": "linear", "cap": "log"}
 
-    weight: float = 0.136
-    cap: float = 9.1
+    weight: float = 0.137
+    cap: float = 9.2
 
     def __post_init__(self) -> None:
         require_range("lead.weight", self.weight, -LARGEST, LARGEST)

@@ -84,7 +84,7 @@ class GoalCoupled(GoalModel):
     }
 
     experts: tuple[Expert, ...] = (Motion(), Distance(), Lead(), Partner())
-    stay: float = 0.73
+    stay: float = 0.77
 
     def __post_init__(self) -> None:
         require_range("stay", self.stay, 0.0, 1.0)

@@ -56,10 +56,10 @@ class Motion(GeometryExpert):
         "tempering": "log",
     }
 
-    concentration: float = 63.0
-    half_speed: float = 23.0
-    outliers: float = 0.103
-    tempering: float = 0.353
+    concentration: float = 14.0
+    half_speed: float = 2.72
+    outliers: float = 0.055
+    tempering: float = 0.281
 
     def __post_init__(self) -> None:
         require_range("motion.concentration", self.concentration, 0.0, LARGEST)

@@ -65,6 +65,35 @@ def test_goals_drawn_from_the_product_give_its_parameters_back():
     assert all(found[name] == expected[name] for name in held)
 
 
+def labelled(evidence, drawn):
+    return LabelledEvidence(evidence, drawn, np.full(len(drawn), 1 / len(drawn)))
+
+
+def test_a_fit_does_not_depend_on_the_order_of_the_data():
+    rng = np.random.default_rng(4)
+    evidence = scene(rng, rows=60, samples=20)
+    drawn = draw_goals(GoalCoupled(), evidence, rng)
+    order = rng.permutation(60)
+    # rows of the scene are of one length
+    other = labelled(evidence.take_rows(order), drawn.reshape(60, -1)[order].ravel())
+    one, again = fit_goals(GoalCoupled(), labelled(evidence, drawn)), fit_goals(GoalCoupled(), other)
+    assert one.value == pytest.approx(again.value, abs=1e-6)
+    found, expected = again.model.parameters, one.model.parameters
+    for name in one.model.parameter_scales:
+        assert found[name] == pytest.approx(expected[name], rel=2e-3, abs=1e-4), name
+
+
+def test_a_few_segments_drive_no_parameter_to_its_bounds():
+    rng = np.random.default_rng(5)
+    evidence = scene(rng, rows=4, samples=12)
+    drawn = draw_goals(GoalCoupled(), evidence, rng)
+    fit = fit_goals(GoalCoupled(), labelled(evidence, drawn))
+    assert not fit.at_bound
+    unseen = scene(rng, rows=200, samples=12)
+    score = predictive_score(fit.model, labelled(unseen, draw_goals(GoalCoupled(), unseen, rng)))
+    assert score > np.log(1 / len(unseen.goal_labels)) - 0.5
+
+
 def test_the_noisily_rational_agent_may_be_the_one_that_moves():
     rng = np.random.default_rng(3)
     model = GoalCoupled(experts=(LqrMotion(5.0, 0.5, 0.0), Partner()), stay=1.0)

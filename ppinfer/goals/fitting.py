@@ -147,10 +147,10 @@ def fit_goals(
     if one more change of mind had been seen than was (log(1 - stay) / samples is added to the objective): people who
     never changed theirs do not make a change impossible. The floor is set to 0 where that predicts as well.
 
-    A model with many parameters that trade off against each other (``search = "gradient"``, goal-coupled) has a weak prior:
-    each parameter is normal about where the search starts, with standard deviation 1 on the scale that it is searched
-    on (a factor e), worth as much as one stretch of motion among all. So the maximum does not depend on the order of
-    the data, and a few segments do not drive a parameter to its bounds.
+    A model with many parameters that trade off against each other (``search = "gradient"``, goal-coupled) has a weak
+    prior: each parameter is normal about where the search starts, with standard deviation 1 on the scale that it is
+    searched on (a factor e), worth as much as one stretch of motion among all. So the maximum does not depend on the
+    order of the data, and a few segments do not drive a parameter to its bounds.
 
     ``likelihood`` (goal-lqr only) maximises the likelihood (22) of the controls given the true goals; tempering is 1
     and there is no evidence floor.

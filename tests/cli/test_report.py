@@ -85,6 +85,7 @@ def test_a_log_of_two_agents_among_goals_has_scores_of_beliefs(tmp_path, capsys)
         "without the robot",
         "given the robot's goal",
         "overall",
+        "goal-coupled",
     ]
     assert printed["game_performance"] is None
     assert printed["scores"] is None

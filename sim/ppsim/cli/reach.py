@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from ppsim.cli.playing import add_playing_arguments, play_study
 
 if TYPE_CHECKING:
     from ppinfer.studies.game_performance import GamePerformance
@@ -93,25 +94,7 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
         metavar="N",
         help="goals at a time, one number or several (default: 3)",
     )
-    add("--seed", type=int, default=0, metavar="S", help="seed of the study (default: 0)")
-    add("-o", "--output", type=Path, required=True, metavar="LOG.nc", help="the log: .nc or .zarr")
-    add(
-        "--workers",
-        type=int,
-        default=1,
-        metavar="W",
-        help="processes; the log does not depend on them (default: 1)",
-    )
-    add(
-        "--cluster",
-        metavar="ADDRESS",
-        help="play the games on a Dask cluster, to the same log (extra: cluster)",
-    )
-    add(
-        "--resume",
-        action="store_true",
-        help="go on with the recording that an interrupted run left beside the log",
-    )
+    add_playing_arguments(parser, "games")
     add(
         "--reaction",
         choices=tuple(REACTIONS),
@@ -148,37 +131,14 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
 def run(args: argparse.Namespace) -> int:
     """Play the study, and print what came out."""
     from ppinfer.cli.output import print_json
-    from ppinfer.cli.progress import progress_bar
     from ppinfer.studies.game_performance import game_performance
-    from ppsim.errors import SimulationError
     from ppsim.reaching import GameStudy
-    from ppsim.study import record_study, recording_path
 
     study = GameStudy(
         **{field.name: getattr(args, field.name) for field in fields(GameStudy) if hasattr(args, field.name)}
     )
-    path = recording_path(args.output)
-    if args.resume and args.output.exists() and not path.exists():
-        raise SimulationError(
-            f"{args.output}: is there, with no interrupted recording beside it: nothing to resume; leave out "
-            "--resume to play it anew"
-        )
-    try:
-        with progress_bar("playing games") as progress:
-            recorded = record_study(
-                study,
-                study.trials,
-                args.output,
-                workers=args.workers,
-                cluster=args.cluster,
-                resume=args.resume,
-                progress=progress,
-            )
-    except KeyboardInterrupt:
-        print(
-            f"ppsim reach: interrupted; the games that ended are in {path}: add --resume to go on",
-            file=sys.stderr,
-        )
+    recorded = play_study(study, study.trials, args, "games")
+    if recorded is None:
         return 130
     performance = game_performance(recorded.log)
     if args.json:

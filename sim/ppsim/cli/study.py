@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from ppsim.cli.playing import add_playing_arguments, play_study
 
 if TYPE_CHECKING:
     from ppinfer.studies.task_performance import TaskPerformance
@@ -82,25 +83,7 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
         help="shared: both agents look at the same plans; independent: each samples its own, as a person would "
         "(default: shared; both can be named)",
     )
-    add("--seed", type=int, default=0, metavar="S", help="seed of the study (default: 0)")
-    add("-o", "--output", type=Path, required=True, metavar="LOG.nc", help="the log: .nc or .zarr")
-    add(
-        "--workers",
-        type=int,
-        default=1,
-        metavar="W",
-        help="processes; the log does not depend on them (default: 1)",
-    )
-    add(
-        "--cluster",
-        metavar="ADDRESS",
-        help="play the trials on a Dask cluster, to the same log (extra: cluster)",
-    )
-    add(
-        "--resume",
-        action="store_true",
-        help="go on with the recording that an interrupted run left beside the log",
-    )
+    add_playing_arguments(parser, "trials")
     add(
         "--collision-stride",
         type=float,
@@ -124,12 +107,9 @@ def add_parser(commands: argparse._SubParsersAction[Any]) -> None:
 def run(args: argparse.Namespace) -> int:
     """Play the study, and print what came out."""
     from ppinfer.cli.output import print_json
-    from ppinfer.cli.progress import progress_bar
     from ppinfer.studies.task_performance import task_performance
     from ppsim.arms.execution import Execution
     from ppsim.arms.study import ArmsStudy
-    from ppsim.errors import SimulationError
-    from ppsim.study import record_study, recording_path
 
     study = ArmsStudy(
         scenes=args.scenes,
@@ -140,28 +120,8 @@ def run(args: argparse.Namespace) -> int:
         cost_unit=args.cost_unit,
         execution=Execution(collision_stride=args.collision_stride, planner=args.planner),
     )
-    path = recording_path(args.output)
-    if args.resume and args.output.exists() and not path.exists():
-        raise SimulationError(
-            f"{args.output}: is there, with no interrupted recording beside it: nothing to resume; leave out "
-            "--resume to play it anew"
-        )
-    try:
-        with progress_bar("playing trials") as progress:
-            recorded = record_study(
-                study,
-                study.trials,
-                args.output,
-                workers=args.workers,
-                cluster=args.cluster,
-                resume=args.resume,
-                progress=progress,
-            )
-    except KeyboardInterrupt:
-        print(
-            f"ppsim study: interrupted; the trials that ended are in {path}: add --resume to go on",
-            file=sys.stderr,
-        )
+    recorded = play_study(study, study.trials, args, "trials")
+    if recorded is None:
         return 130
     performance = task_performance(recorded.log)
     if args.json:

@@ -29,6 +29,7 @@ from ppinfer.studies.recording import Recording, RecordingWriter, load_recording
 from ppinfer.studies.recording_lines import RecordingHeader
 from ppinfer.studies.replans import Replan, ReplanTable
 from ppinfer.studies.scores import Scores, score_posterior
+from ppinfer.studies.statistics import Analysis, RepeatedMeasures, analyse, read_measures
 from ppinfer.studies.storage import open_log, read_log, write_log
 from ppinfer.studies.task_performance import TaskPerformance, task_performance
 from ppinfer.studies.theta_posterior import read_theta_posterior, write_theta_posterior
@@ -38,6 +39,7 @@ from ppinfer.studies.validation import validate_log
 
 __all__ = [
     "READERS",
+    "Analysis",
     "Calibration",
     "Fault",
     "Faults",
@@ -45,6 +47,7 @@ __all__ = [
     "Recording",
     "RecordingHeader",
     "RecordingWriter",
+    "RepeatedMeasures",
     "Replan",
     "ReplanTable",
     "Report",
@@ -53,6 +56,7 @@ __all__ = [
     "StudyFit",
     "TaskPerformance",
     "Trial",
+    "analyse",
     "build_log",
     "calibrate_posterior",
     "compare_posteriors",
@@ -77,6 +81,7 @@ __all__ = [
     "posterior_dataset",
     "read_eth",
     "read_log",
+    "read_measures",
     "read_reaching_study",
     "read_recording",
     "read_study",

@@ -138,7 +138,7 @@ def read_table(
     path
         The file; ``.parquet`` or ``.pq`` is Parquet, anything else CSV.
     wanted
-        The columns, each with the mapping's entry that names it.
+        The columns, each with the mapping's entry that names it (empty where there is no mapping).
     options
         How a CSV file is written.
     faults
@@ -237,7 +237,9 @@ def _has_columns(
     before = faults.total
     for column, entry in wanted:
         if column not in header:
-            told = f"there is no such column (the mapping's {entry!r})"
+            told = (
+                f"there is no such column (the mapping's {entry!r})" if entry else "there is no such column"
+            )
             faults.add(Fault("missing-column", told, closest(column, header), file=path.name, column=column))
         elif list(header).count(column) > 1:
             told = f"there are {list(header).count(column)} columns of this name"

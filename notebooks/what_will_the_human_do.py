@@ -11,7 +11,7 @@
 # ---
 
 # %% [markdown]
-# # What will the human do, given what the robot is about to do?
+# # What will the human do?
 #
 # A human and a robot among goals never take the same one. So what the robot is about to do changes what the
 # human will do, and a robot that predicts the human as if it were not there itself is wrong in just those

@@ -3,6 +3,8 @@
 from ppinfer.plots.belief_by_human import plot_belief_by_human
 from ppinfer.plots.candidate_paths import plot_candidates
 from ppinfer.plots.conditional_belief import plot_conditional_belief
+from ppinfer.plots.explore import Explorer, explore
+from ppinfer.plots.explore_goals import explore_goals
 from ppinfer.plots.game_performance import plot_game_performance
 from ppinfer.plots.hand_distance import plot_hand_distance
 from ppinfer.plots.learning_curve import plot_learning_curve
@@ -18,6 +20,9 @@ from ppinfer.plots.score_curves import plot_score_over_share
 from ppinfer.plots.task_performance import plot_against_personalities, plot_task_performance
 
 __all__ = [
+    "Explorer",
+    "explore",
+    "explore_goals",
     "mean_beliefs",
     "plot_against_personalities",
     "plot_belief_by_human",

@@ -26,6 +26,8 @@ def plot_score_over_share(
     field: ScoreField = "accuracy",
     *,
     chance: float | None = None,
+    label: str | None = None,
+    colour: str = GOAL_COLOURS[0],
     ax: Axes | None = None,
 ) -> Axes:
     """Draw a score against the share of each segment seen, with one standard error over participants.
@@ -38,6 +40,8 @@ def plot_score_over_share(
         ``"accuracy"`` or ``"mean_log_posterior"``.
     chance
         Where guessing would be, drawn as a dashed line.
+    label, colour
+        The curve's name in a legend, where several share axes, and its colour.
     ax
         Where to draw; a new figure by default.
 
@@ -60,11 +64,10 @@ def plot_score_over_share(
     mean = np.array([getattr(score, field) for score in scores])
     error = np.array([getattr(score, f"{field}_se") for score in scores])
     finite = np.isfinite(mean)
-    colour = GOAL_COLOURS[0]
     ax.fill_between(
         share[finite], (mean - error)[finite], (mean + error)[finite], color=colour, alpha=0.18, linewidth=0
     )
-    ax.plot(share[finite], mean[finite], "-o", color=colour, linewidth=1.8, markersize=3.5)
+    ax.plot(share[finite], mean[finite], "-o", color=colour, linewidth=1.8, markersize=3.5, label=label)
     if not finite.all():
         count = int((~finite).sum())
         ax.text(

@@ -51,6 +51,34 @@ def distance(text: str) -> float:
     return number
 
 
+def positive_number(text: str) -> float:
+    """Return a number above 0.
+
+    Examples
+    --------
+    >>> positive_number("0.707")
+    0.707
+    """
+    number = _number(text)
+    if not 0 < number < math.inf:
+        raise argparse.ArgumentTypeError(f"expected a number above 0; got {text!r}")
+    return number
+
+
+def one_character(text: str) -> str:
+    r"""Return what separates cells: one character, or a tab by its name.
+
+    Examples
+    --------
+    >>> one_character(";"), one_character("tab"), one_character(r"\t")
+    (';', '\t', '\t')
+    """
+    character = "\t" if text in ("tab", "\\t") else text
+    if len(character) != 1 or character in '\r\n"':
+        raise argparse.ArgumentTypeError(f"expected one character, or tab; got {text!r}")
+    return character
+
+
 def _number(text: str) -> float:
     try:
         return float(text)

@@ -108,6 +108,9 @@ LINES = {
     ],
     "score": ["score {0}/lqr.nc --at 0.5 1 --by-participant"],
     "compare": ["compare {0}/near.nc {0}/lqr.nc --at 0.5 --resamples 100"],
+    "anova": [
+        "anova {0}/table.csv --dv px py --within person --subject t --repeated mean --posthoc holm",
+    ],
     "report": ["report {0}/lqr.nc -o {0}/report"],
     "notebooks": ["notebooks {0}/books --copy-only", "notebooks --list"],
     "learn": ["learn {0}/examples.zarr -o {0}/m.safetensors --epochs 1 --hidden 4 --sizes 10 20"],

@@ -223,14 +223,15 @@ class RepeatedMeasures:
         why = f" ({note})" if note else ""
         if len(self.subjects) < 2:
             raise LogError(
-                f"{self._where()}: there are {len(self.subjects)} subjects, expected at least 2{why}; an analysis of "
-                "variance within subjects compares how they differ"
+                f"{self._where()}: the number of subjects is {len(self.subjects)}, expected at least 2{why}; "
+                "what is within subjects is judged by how they differ"
             )
         for factor, levels in zip(self.factors, self.levels, strict=True):
             if len(levels) < 2:
                 named = f" ({_listed(levels)})" if levels else ""
                 raise LogError(
-                    f"{self._where()}: factor {factor!r} has {len(levels)} levels{named}, expected at least 2{why}"
+                    f"{self._where()}: factor {factor!r} has too few levels: {len(levels)}{named}, "
+                    f"expected at least 2{why}"
                 )
         return self
 

@@ -14,6 +14,7 @@ from ppinfer.studies.statistics.anova import NAN, exponential, finite_or_none
 from ppinfer.studies.statistics.bayes_factors import PRIOR_SCALE, check_prior_scale, log_bayes_factor
 from ppinfer.studies.statistics.contrasts import marginal_values
 from ppinfer.studies.statistics.measures import RepeatedMeasures
+from ppinfer.studies.statistics.posterior_differences import credible_interval
 
 Adjustment = Literal["bonferroni", "holm"]
 CONFIDENCE = 0.95
@@ -46,6 +47,8 @@ class PairwiseTest:
         Cohen's d_z: mean difference over the standard deviation of differences.
     log_bf10
         Natural logarithm of the JZS Bayes factor, not adjusted for the number of pairs.
+    credible_low, credible_high
+        The 95 % credible interval of the mean difference, given that there is one (`credible_interval`).
 
     Examples
     --------
@@ -71,6 +74,8 @@ class PairwiseTest:
     adjustment: str = "bonferroni"
     effect_size: float = NAN
     log_bf10: float = NAN
+    credible_low: float = NAN
+    credible_high: float = NAN
 
     def to_json(self) -> dict[str, object]:
         """Return the row that ``ppinfer anova --json`` prints; what is not finite is None."""
@@ -135,6 +140,9 @@ def pairwise_tests(
         )
         for index, (a, b) in enumerate(pairs):
             undefined = bool(np.isnan(t[index]))
+            credible = (NAN, NAN)
+            if spread[index] > 0:
+                credible = credible_interval(differences[:, index], level=CONFIDENCE, prior_scale=prior_scale)
             of_pair = {name: NAN if undefined else float(ps[index]) for name, ps in adjusted.items()}
             tests.append(
                 PairwiseTest(
@@ -158,6 +166,8 @@ def pairwise_tests(
                     log_bf10=log_bayes_factor(
                         float(t[index] ** 2), 1, n - 1, subjects=n, prior_scale=prior_scale
                     ),
+                    credible_low=credible[0],
+                    credible_high=credible[1],
                 )
             )
     return tuple(tests)

@@ -106,10 +106,9 @@ def raise_with_hint(path: Path, options: FileOptions, faults: Faults) -> None:
         found = max(",;\t|", key=header.count)
         if header.count(found) and options.delimiter not in header:
             shown = {"\t": "tabs"}.get(found, repr(found))
-            faults = Faults(
-                [Fault("delimiter", f"cells seem to be separated by {shown}, not by {options.delimiter!r}",
-                       "say which delimiter the file has", file=path.name), *faults.listed]
-            )  # fmt: skip
+            told = f"cells seem to be separated by {shown}, not by {options.delimiter!r}"
+            # that its columns are missing only follows from this
+            faults = Faults([Fault("delimiter", told, "say how the file is written", file=path.name)])
     faults.raise_if_any(path.name)
 
 

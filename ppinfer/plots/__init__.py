@@ -8,6 +8,7 @@ from ppinfer.plots.explore_goals import explore_goals
 from ppinfer.plots.game_performance import plot_game_performance
 from ppinfer.plots.hand_distance import plot_hand_distance
 from ppinfer.plots.learning_curve import plot_learning_curve
+from ppinfer.plots.likert import plot_likert
 from ppinfer.plots.over_time import plot_posterior_over_time
 from ppinfer.plots.paired_differences import plot_paired_differences
 from ppinfer.plots.participants import plot_participants
@@ -31,6 +32,7 @@ __all__ = [
     "plot_game_performance",
     "plot_hand_distance",
     "plot_learning_curve",
+    "plot_likert",
     "plot_paired_differences",
     "plot_participants",
     "plot_path",

@@ -11,7 +11,19 @@ from typing import NoReturn
 
 from ppinfer.errors import PPInferError
 
-COMMANDS = ("convert", "validate", "fit", "infer", "score", "compare", "anova", "report", "learn", "notebooks")
+COMMANDS = (
+    "convert",
+    "validate",
+    "fit",
+    "infer",
+    "score",
+    "compare",
+    "metrics",
+    "anova",
+    "report",
+    "learn",
+    "notebooks",
+)
 
 
 class OneLineParser(argparse.ArgumentParser):

@@ -111,6 +111,10 @@ LINES = {
     "anova": [
         "anova {0}/table.csv --dv px py --within person --subject t --repeated mean --posthoc holm",
     ],
+    "metrics": [
+        "metrics {0}/log.nc --by participant --learning-by participant --resamples 100 -o {0}/trials.csv",
+        "metrics {0}/plays.nc --names total_s stops",
+    ],
     "report": ["report {0}/lqr.nc -o {0}/report"],
     "notebooks": ["notebooks {0}/books --copy-only", "notebooks --list"],
     "learn": ["learn {0}/examples.zarr -o {0}/m.safetensors --epochs 1 --hidden 4 --sizes 10 20"],

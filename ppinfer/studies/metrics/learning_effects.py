@@ -1,0 +1,129 @@
+"""Do people change with practice? Means by round, and the slope over rounds (Figure 5 of the parallel-play paper)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from ppinfer.studies.metrics.over_participants import LEVEL, over_participants
+
+
+@dataclass(frozen=True)
+class RoundMean:
+    """The mean of a metric in one round: over participants, each of them by its own mean; NaN for too few."""
+
+    round: int
+    mean: float
+    sem: float
+    participants: int
+
+
+@dataclass(frozen=True)
+class Learning:
+    """How a metric changes over rounds in one group of trials.
+
+    Parameters
+    ----------
+    group, metric : str
+        Which trials, which metric.
+    rounds : tuple of RoundMean
+        The mean in every round.
+    slope, sem : float
+        Mean over participants of each one's least-squares slope, in the metric's units a round, and its standard error.
+    t, df, p : float
+        Student's t of the mean slope against 0, n - 1 degrees of freedom, two-sided p; NaN for one participant, or
+        where all have the same slope.
+    low, high : float
+        Student's interval of the mean slope.
+    participants : int
+        Those with a value in at least two rounds.
+    """
+
+    group: str
+    metric: str
+    rounds: tuple[RoundMean, ...]
+    slope: float
+    sem: float
+    t: float
+    df: int
+    p: float
+    low: float
+    high: float
+    participants: int
+
+
+def slopes(
+    values: Float[np.ndarray, " trial"],
+    when: Float[np.ndarray, " trial"],
+    cell: Int[np.ndarray, " trial"],
+    cells: int,
+) -> Float[np.ndarray, " cell"]:
+    """Return the least-squares slope of each cell's values over time; NaN where its times do not differ.
+
+    Examples
+    --------
+    >>> slopes(np.array([1.0, 3.0, 5.0, 7.0]), np.array([0.0, 1.0, 2.0, 0.0]), np.array([0, 0, 0, 1]), 2).tolist()
+    [2.0, nan]
+    """
+    there = ~np.isnan(values) & ~np.isnan(when)
+    value, time, which = values[there], when[there], cell[there]
+    count = np.maximum(np.bincount(which, minlength=cells), 1)
+    # about the means: no digits are lost to late rounds or to large values
+    time = time - (np.bincount(which, weights=time, minlength=cells) / count)[which]
+    value = value - (np.bincount(which, weights=value, minlength=cells) / count)[which]
+    variation = np.bincount(which, weights=time * time, minlength=cells)
+    product = np.bincount(which, weights=time * value, minlength=cells)
+    return np.divide(product, variation, out=np.full(cells, np.nan), where=variation > 0)
+
+
+def learning_of(
+    group: str,
+    metric: str,
+    by_round: Float[np.ndarray, "participant round"],
+    rounds: Int[np.ndarray, " round"],
+    slope: Float[np.ndarray, " participant"],
+    *,
+    level: float = LEVEL,
+) -> Learning:
+    """Put together means by round and participants' slopes.
+
+    Parameters
+    ----------
+    group, metric : str
+        Which they are of.
+    by_round : (participant, round) float64
+        Each participant's mean in each round; NaN = none.
+    rounds : (round,) int64
+        What the rounds are called.
+    slope : (participant,) float64
+        Each participant's slope; NaN = none.
+    level : float
+        Probability of the interval.
+
+    Examples
+    --------
+    >>> learned = learning_of("naive", "score", np.array([[1.0, 2.0], [1.0, 4.0]]), np.arange(2), np.array([1.0, 3.0]))
+    >>> learned.slope, learned.sem, learned.t, round(learned.p, 3), [row.mean for row in learned.rounds]
+    (2.0, 1.0, 2.0, 0.295, [1.0, 3.0])
+    """
+    from scipy.special import stdtr, stdtrit
+
+    means = over_participants(by_round, resamples=0)
+    of_slope = over_participants(slope[:, None], resamples=0)
+    mean, sem, n = float(of_slope.mean[0]), float(of_slope.sem[0]), int(of_slope.participants[0])
+    t = p = low = high = float("nan")
+    if n > 1:
+        # where all slopes are alike there is no error to compare with
+        if sem > 0:
+            t = mean / sem
+            p = float(2.0 * stdtr(n - 1, -abs(t)))
+        half = float(stdtrit(n - 1, 0.5 + level / 2.0)) * sem
+        low, high = mean - half, mean + half
+    rows = tuple(
+        RoundMean(int(name), float(mean), float(sem), int(count))
+        for name, mean, sem, count in zip(rounds, means.mean, means.sem, means.participants, strict=True)
+        if count > 0
+    )
+    return Learning(group, metric, rows, mean, sem, t, max(n - 1, 0), p, low, high, n)

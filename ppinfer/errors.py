@@ -19,6 +19,29 @@ class PPInferError(Exception):
     AxisError
     """
 
+    def __str__(self) -> str:
+        # messages quote what files hold, and are shown on terminals
+        return printable(super().__str__())
+
+
+def printable(text: str) -> str:
+    r"""Return a text with everything escaped that would act on a terminal instead of being shown.
+
+    Control characters, what changes the direction of writing, and lone surrogates are written as Python writes them;
+    line ends stay.
+
+    Examples
+    --------
+    >>> print(printable("p1 \x1b[31m \u202e, \n and é"))
+    p1 \x1b[31m \u202e,
+     and é
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        letter if letter.isprintable() or letter == "\n" else repr(letter)[1:-1] for letter in text
+    )
+
 
 class AxisError(PPInferError, ValueError):
     """Axes that are malformed, unknown, or that share a name without sharing their labels."""

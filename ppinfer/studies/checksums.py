@@ -67,6 +67,9 @@ class ContentDigest:
             # each text with its own length, so that the digest does not depend on how the rows were cut
             encoded = (str(value).encode("utf-8", "surrogatepass") for value in values.ravel().tolist())
             running.update(b"".join(len(text).to_bytes(8, "little") + text for text in encoded))
+        elif values.dtype.kind == "V":
+            # no log of ours holds records, but one that was damaged may, and its digest is wanted
+            running.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
         else:
             running.update(np.ascontiguousarray(values, dtype=kind).data.cast("B") if values.size else b"")
 

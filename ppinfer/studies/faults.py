@@ -7,10 +7,12 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from ppinfer.errors import LogError
+from ppinfer.errors import LogError, printable
 
 LISTED_PER_KIND = 20
 """How many faults of one kind are listed one by one; all of them are counted."""
+_SHOWN = 600
+"""Letters of a message that are shown: a cell may hold a whole file that lost its quotes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +63,13 @@ class Fault:
             None if self.replan is None else f"replan {self.replan}",
             None if self.column is None else f"column {self.column!r}",
         ]
-        text = ": ".join([place for place in where if place is not None] + [self.message])
-        return " ".join((f"{text}; {self.remedy}" if self.remedy else text).split())
+        told = [_shortened(part) for part in [*where, self.message] if part is not None]
+        text = ": ".join(told)
+        return printable(" ".join((f"{text}; {_shortened(self.remedy)}" if self.remedy else text).split()))
+
+
+def _shortened(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN * 2 // 3]} ... {text[-_SHOWN // 3 :]}"
 
 
 class FaultyLogError(LogError):
@@ -170,6 +177,25 @@ class Report:
             dict(faults.counts),
             dict(warnings.counts),
             dict(sizes or {}),
+        )
+
+    @classmethod
+    def from_json(cls, told: Mapping[str, Any]) -> Report:
+        """Return the report that `to_json` told.
+
+        Examples
+        --------
+        >>> report = Report.of("log.nc", Faults([Fault("empty", "there are no rows")]), Faults())
+        >>> Report.from_json(report.to_json()) == report
+        True
+        """
+        return cls(
+            told["source"],
+            tuple(Fault(**fault) for fault in told["faults"]),
+            tuple(Fault(**fault) for fault in told["warnings"]),
+            dict(told["fault_counts"]),
+            dict(told["warning_counts"]),
+            dict(told["sizes"]),
         )
 
     @property

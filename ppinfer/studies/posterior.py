@@ -15,10 +15,10 @@ from ppinfer.errors import LogError
 from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.posterior_layout import (
     POSTERIOR_FORMAT,
-    POSTERIOR_FORMAT_VERSION,
     READ_OPTIONS,
     STRING,
     posterior_variables,
+    refuse_other_versions,
     segment_faults,
 )
 from ppinfer.studies.posterior_writer import PosteriorWriter
@@ -129,11 +129,7 @@ def check_posterior(dataset: xr.Dataset, *, name: str = "posterior") -> None:
             f"{name}: is a posterior over {hypothesis}, and one over goals is expected: no log knows a true "
             f"{hypothesis} to score or compare with; draw it with 'ppinfer report', read it with read_theta_posterior"
         )
-    if int(dataset.attrs.get("ppinfer_format_version", 0)) > POSTERIOR_FORMAT_VERSION:
-        raise LogError(
-            f"{name}: is written in posterior format {dataset.attrs['ppinfer_format_version']}, newer than "
-            f"{POSTERIOR_FORMAT_VERSION}, which this ppinfer reads; upgrade ppinfer"
-        )
+    refuse_other_versions(dataset.attrs.get("ppinfer_format_version", 0), name)
     faults = _structure_faults(dataset)
     if not faults:
         sizes = dataset["row_size"].values

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Int, Shaped
 
+from ppinfer.errors import LogError
+
 POSTERIOR_FORMAT = "posterior"
 POSTERIOR_FORMAT_VERSION = 1
 STRING = "str"
@@ -22,6 +24,26 @@ READ_OPTIONS: dict[str, Any] = {
 """How xarray opens a posterior: values as they are stored, read when used, never kept."""
 
 AttrValue = str | int | float
+
+
+def refuse_other_versions(version: object, name: str) -> None:
+    """Raise `LogError` unless a posterior's ``ppinfer_format_version`` is one that this ppinfer reads.
+
+    Examples
+    --------
+    >>> refuse_other_versions(1, "post.nc")
+    """
+    known = isinstance(version, int | np.integer) and not isinstance(version, bool)
+    if not known:
+        raise LogError(
+            f"{name}: its attribute ppinfer_format_version is {str(version)[:60]!r}, and a whole number is expected: "
+            "it is damaged or was edited; infer it anew with 'ppinfer infer'"
+        )
+    if int(str(version)) > POSTERIOR_FORMAT_VERSION:
+        raise LogError(
+            f"{name}: is written in posterior format {version}, newer than {POSTERIOR_FORMAT_VERSION}, which this "
+            "ppinfer reads; upgrade ppinfer"
+        )
 
 
 @dataclass(frozen=True)

@@ -159,14 +159,18 @@ def check_segments(log: xr.Dataset, faults: Faults) -> Bool[np.ndarray, " segmen
     names, row_size = trial_names(log), log["row_size"].values
     known_trial = (trial >= 0) & (trial < row_size.size)
 
-    def report(kind: str, column: str, wrong: Bool[np.ndarray, " segment"], say: str, remedy: str) -> None:
+    def report(
+        kind: str, column: str, wrong: Bool[np.ndarray, " segment"], say: str, remedy: str, known: str = ""
+    ) -> None:
         def describe(index: int) -> Fault:
+            # labels are filled in, never part of the pattern: one may hold a brace
             told = say.format(
                 trial=trial[index],
                 agent=str(agent[index]),
                 goal=str(goal[index]),
                 start=start[index],
                 stop=stop[index],
+                known=known,
             )
             where = names[trial[index]] if known_trial[index] else None
             sample = int(start[index]) if known_trial[index] else None
@@ -184,15 +188,16 @@ def check_segments(log: xr.Dataset, faults: Faults) -> Bool[np.ndarray, " segmen
     agents = log["agent"].values.astype(str)
     listed = ", ".join(map(repr, agents.tolist()))
     known_agent = np.isin(agent, agents)
-    report("unknown-agent", "segment_agent", ~known_agent, "agent {agent!r}" + f" is not among {listed}", "")
+    report("unknown-agent", "segment_agent", ~known_agent, "agent {agent!r} is not among {known}", "", listed)
     goals = log["goal"].values.astype(str) if "goal" in log.variables else np.array([], str)
     listed = ", ".join(map(repr, goals.tolist())) or "no goals"
     report(
         "unknown-goal",
         "true_goal",
         (goal != "") & ~np.isin(goal, goals),
-        "goal {goal!r}" + f" is not among {listed}",
+        "goal {goal!r} is not among {known}",
         "correct the label, or leave it empty where it is not known",
+        listed,
     )
     length = np.zeros(trial.size, np.int64)
     length[known_trial] = row_size[trial[known_trial]]

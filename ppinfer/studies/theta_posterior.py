@@ -12,7 +12,7 @@ import xarray as xr
 from ppinfer.errors import LogError
 from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.planned_checks import normalised
-from ppinfer.studies.posterior_layout import POSTERIOR_FORMAT, POSTERIOR_FORMAT_VERSION
+from ppinfer.studies.posterior_layout import POSTERIOR_FORMAT, refuse_other_versions
 from ppinfer.studies.schema import DIGEST_ATTR
 from ppinfer.studies.storage import open_plain, told_as_log_error, write_signed
 
@@ -102,11 +102,7 @@ def check_theta_posterior(dataset: xr.Dataset, *, name: str = "posterior") -> No
             f"{name}: is not a posterior over theta (its ppinfer_format is {form!r}, its hypothesis {hypothesis!r}); "
             "make one with 'ppinfer infer LOG -o POST.nc --model personality'"
         )
-    if int(dataset.attrs.get("ppinfer_format_version", 0)) > POSTERIOR_FORMAT_VERSION:
-        raise LogError(
-            f"{name}: is written in posterior format {dataset.attrs['ppinfer_format_version']}, newer than "
-            f"{POSTERIOR_FORMAT_VERSION}, which this ppinfer reads; upgrade ppinfer"
-        )
+    refuse_other_versions(dataset.attrs.get("ppinfer_format_version", 0), name)
     faults = _faults(dataset)
     if not faults:
         sizes, replans = dataset["replan_row_size"].values, dataset.sizes["replan"]

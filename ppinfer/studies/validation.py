@@ -109,6 +109,11 @@ class _Validation:
     places: ReplanPlaces | None = None
 
     def run(self) -> Report:
+        # numbers that are none are what is looked for: that there are some is no cause for a warning
+        with np.errstate(all="ignore"):
+            return self._run()
+
+    def _run(self) -> Report:
         sizes = {str(name): size for name, size in self.log.sizes.items()}
         usable = check_structure(self.log, self.faults)
         usable &= self._load_still()
@@ -244,7 +249,7 @@ class _Validation:
             rows = Rows(offsets, names, start, first)
             block = {name: self._read(name, slice(start, stop)) for name in leading}
             held = {name: values for name, values in block.items() if values is not None and name in usable}
-            self._check_block(held, agents, rows, cut)
+            self._check_block(held, usable, agents, rows, cut)
             if self.places is not None and "time" in held:
                 check_replan_times(held["time"], start, self.log, self.places, offsets, self.faults)
             if cut and agents and {"time", "position"} <= set(held):
@@ -277,7 +282,9 @@ class _Validation:
         edges = offsets[block_edges(np.diff(offsets), _BLOCK_SAMPLES)].tolist()
         yield from itertools.pairwise(edges)
 
-    def _check_block(self, held: dict[str, np.ndarray], agents: list[str], rows: Rows, cut: bool) -> None:
+    def _check_block(
+        self, held: dict[str, np.ndarray], usable: set[str], agents: list[str], rows: Rows, cut: bool
+    ) -> None:
         faults = self.faults
         if "time" in held and cut:
             check_time(held["time"], rows, faults)
@@ -286,7 +293,7 @@ class _Validation:
             if "position" in held and agents:
                 check_positions(held["position"], held["observed"], agents, rows, faults)
             for name in ("velocity", "control"):
-                if name in held and agents and f"has_{name}" in self.log.variables:
+                if name in held and agents and f"has_{name}" in usable:
                     has = self.log[f"has_{name}"].values
                     check_logged(name, held[name], has, held["observed"], agents, rows, faults)
         if "held" in held:

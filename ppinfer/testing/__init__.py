@@ -50,7 +50,9 @@ if TYPE_CHECKING:
     from ppinfer.testing.game_strategies import costs, games
     from ppinfer.testing.goal_scenes import example_goal_situation
     from ppinfer.testing.log_strategies import logs
+    from ppinfer.testing.mutations import Mutation, mutate
     from ppinfer.testing.play_strategies import histories, play_trials, situations
+    from ppinfer.testing.reader_laws import ReaderTally, check_reader
     from ppinfer.testing.situation_strategies import goal_situations
     from ppinfer.testing.strategies import (
         axes,
@@ -62,7 +64,7 @@ if TYPE_CHECKING:
         transitions,
     )
 
-# what needs Hypothesis, whole study logs or choosers of goals, and the module that it is in
+# what needs Hypothesis, whole study logs, files or choosers of goals, and the module that it is in
 _LATER = dict.fromkeys(
     ("axes", "axis_sets", "distributions", "factors", "log_weights", "relabellings", "transitions"),
     "ppinfer.testing.strategies",
@@ -79,6 +81,10 @@ _LATER = dict.fromkeys(
     "goal_situations": "ppinfer.testing.situation_strategies",
     "histories": "ppinfer.testing.play_strategies",
     "logs": "ppinfer.testing.log_strategies",
+    "Mutation": "ppinfer.testing.mutations",
+    "ReaderTally": "ppinfer.testing.reader_laws",
+    "check_reader": "ppinfer.testing.reader_laws",
+    "mutate": "ppinfer.testing.mutations",
     "play_trials": "ppinfer.testing.play_strategies",
     "situations": "ppinfer.testing.play_strategies",
 }
@@ -91,6 +97,8 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = [
+    "Mutation",
+    "ReaderTally",
     "axes",
     "axis_sets",
     "check_batch_equals_loop",
@@ -111,6 +119,7 @@ __all__ = [
     "check_player_order",
     "check_policy",
     "check_pure_equilibria",
+    "check_reader",
     "check_relabelling",
     "check_scale",
     "check_smoother",
@@ -130,6 +139,7 @@ __all__ = [
     "histories",
     "log_weights",
     "logs",
+    "mutate",
     "play_trials",
     "relabellings",
     "situations",

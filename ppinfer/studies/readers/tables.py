@@ -180,7 +180,9 @@ def _read(
         with pq.ParquetFile(path) as file:
             if not _has_columns(file.schema_arrow.names, wanted, path, faults):
                 return None
-            table = file.read(columns=sorted({column for column, _ in wanted}))
+            table = _plain_columns(file.read(columns=sorted({column for column, _ in wanted})), path, faults)
+            if table is None:
+                return None
     else:
         header = next((row for _, row in _csv_rows(path, options) if row), None)
         if header is None:
@@ -195,6 +197,25 @@ def _read(
         faults.add(Fault("empty", "there are no rows", file=path.name))
         return None
     return Table(path, options, {name: table.column(name) for name in table.column_names}, table.num_rows)
+
+
+def _plain_columns(table: Any, path: Path, faults: Faults) -> Any:
+    """Return a Parquet table with all columns as numbers or text; report those that hold anything else."""
+    import pyarrow as pa
+
+    before = faults.total
+    for index, name in enumerate(table.column_names):
+        kind = table.column(index).type
+        if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind):
+            continue
+        try:
+            if pa.types.is_binary(kind) or pa.types.is_large_binary(kind):
+                raise pa.ArrowInvalid("bytes are no text")
+            table = table.set_column(index, name, table.column(index).cast(pa.string()))
+        except pa.ArrowException:
+            told = f"holds values of type {kind}"
+            faults.add(Fault("wrong-type", told, "write numbers or text", file=path.name, column=name))
+    return table if faults.total == before else None
 
 
 def _read_csv(path: Path, header: list[str], columns: list[str], options: FileOptions, faults: Faults) -> Any:

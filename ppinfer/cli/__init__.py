@@ -19,6 +19,7 @@ COMMANDS = (
     "score",
     "compare",
     "metrics",
+    "survey",
     "anova",
     "report",
     "learn",

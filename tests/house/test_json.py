@@ -44,6 +44,19 @@ cup = [0.0, 1.0]
 pan = [2.0, 1.0]
 """
 
+ANSWERS = "person,robot,easy,slow\n" + "".join(
+    f"p{person},{robot},{1 + (person + at) % 5},{5 - (2 * person + at) % 5}\n"
+    for person in range(4)
+    for at, robot in enumerate(("one", "two"))
+)
+INSTRUMENT = """
+columns = {subject = "person", condition = "robot"}
+anchors = {1 = "no", 5 = "yes"}
+items = {easy = {}, slow = {reversed = true}}
+scales.ease.items = ["easy", "slow"]
+"""
+ORDERS = "person,first,second\np0,one,two\np1,two,one\np2,one,\n"
+
 
 def schema_of(command):
     """Return the schema of a command."""
@@ -85,6 +98,8 @@ def folder(tmp_path_factory):
     example_store(folder / "examples.zarr", 60)
     (folder / "table.csv").write_text(TABLE)
     (folder / "mapping.toml").write_text(MAPPING)
+    for name, text in (("answers.csv", ANSWERS), ("survey.toml", INSTRUMENT), ("orders.csv", ORDERS)):
+        (folder / name).write_text(text)
     for name, model in (("near", "nearest"), ("lqr", "goal-lqr")):
         status, _, err = run_command(f"ppinfer infer {log} -o {folder / name}.nc --model {model}")
         assert status == 0, err
@@ -114,6 +129,10 @@ LINES = {
     "metrics": [
         "metrics {0}/log.nc --by participant --learning-by participant --resamples 100 -o {0}/trials.csv",
         "metrics {0}/plays.nc --names total_s stops",
+    ],
+    "survey": [
+        "survey {0}/answers.csv --instrument {0}/survey.toml --orders {0}/orders.csv -o {0}/scores.csv",
+        "survey {0}/answers.csv --instrument {0}/survey.toml --keep-ids --missing drop-responses",
     ],
     "report": ["report {0}/lqr.nc -o {0}/report"],
     "notebooks": ["notebooks {0}/books --copy-only", "notebooks --list"],

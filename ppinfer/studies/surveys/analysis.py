@@ -128,7 +128,9 @@ class SurveyAnalysis:
     reliability : tuple of Reliability
         By scale: under each condition, over all responses and within participants.
     warnings : tuple of str
-        What a reader of the numbers has to know.
+        What may be wrong: missing answers, an item that contradicts its scale.
+    notes : tuple of str
+        How to read the numbers.
     """
 
     survey: Survey = field(repr=False)
@@ -140,6 +142,7 @@ class SurveyAnalysis:
     scales: tuple[Summary, ...]
     reliability: tuple[Reliability, ...]
     warnings: tuple[str, ...]
+    notes: tuple[str, ...]
 
     def to_json(self) -> dict[str, Any]:
         """Return what ``ppinfer survey --json`` prints of the answers."""
@@ -183,6 +186,7 @@ class SurveyAnalysis:
                 for row in self.reliability
             ],
             "warnings": list(self.warnings),
+            "notes": list(self.notes),
         }
 
 
@@ -248,6 +252,7 @@ def analyse_survey(
         scales,
         reliability,
         tuple(_warnings(survey, kept, missing, reliability)),
+        tuple(_notes(kept)),
     )
 
 
@@ -303,9 +308,14 @@ def _warnings(survey: Survey, kept: Survey, missing: str, reliability: tuple[Rel
                         f"scale {row.scale!r}: item {item.item!r} correlates negatively with the rest "
                         f"({item.item_rest_correlation:.2f}): {turned}"
                     )
-    if len(kept.participants) < kept.n_responses and instrument.scales:
-        found.append(
-            "alpha over all responses counts participants as often as they answered, and mixes what differs between "
-            "them with what differs between conditions: report that of each condition, or within participants"
-        )
     return found
+
+
+def _notes(survey: Survey) -> list[str]:
+    if not survey.instrument.scales or len(survey.participants) == survey.n_responses:
+        return []
+    return [
+        "alpha over all responses counts participants as often as they answered, and mixes how they differ with how "
+        "conditions differ: report that of each condition; that within participants is of what changes between a "
+        "participant's responses; neither of the two has an interval, since responses are not independent"
+    ]

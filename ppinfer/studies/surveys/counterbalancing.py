@@ -196,8 +196,8 @@ def check_orders(
     With :math:`O_{cj}` participants who met condition c of k at position j and :math:`E = n / k`, Anderson's (1959)
     statistic is :math:`A = \frac{k - 1}{k} \sum_{cj} (O_{cj} - E)^2 / E`. Its p-value is the probability of at least
     that much if each participant's order were drawn from all orders alike. It is added up over all such draws, or
-    estimated from random ones: the chi-squared distribution that A nears asks for E of about 5 or more. Orders that were
-    assigned to be even have p near 1. A large p does not say that a small study is balanced: `positions` does.
+    estimated from random ones: the chi-squared distribution that A nears asks for E of about 5 or more. Orders that
+    were assigned to be even have p near 1. A large p does not say that a small study is balanced: `positions` does.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ class Alpha:
     low, high : float or None
         Feldt's interval; None where responses are not independent of one another, or there is no alpha.
     reason : str
-        Why a number is None; empty if none is.
+        Why there is no alpha or no standardized one; empty if there are both.
 
     Examples
     --------
@@ -60,20 +60,16 @@ class Alpha:
             return cls(n, k, None, None, None, None, reason)
         alpha = cronbach_alpha(values)
         standardized = standardized_alpha(values)
-        reasons = (
-            []
+        reason = (
+            ""
             if standardized is not None
-            else ["no standardized alpha: an item has the same answer everywhere"]
+            else "no standardized alpha: an item has the same answer everywhere"
         )
         low: float | None = None
         high: float | None = None
         if independent:
             low, high = feldt_interval(alpha, n, k, level=level)
-        else:
-            reasons.append(
-                "no interval: participants answered more than once, and it is of independent responses"
-            )
-        return cls(n, k, alpha, standardized, low, high, "; ".join(reasons))
+        return cls(n, k, alpha, standardized, low, high, reason)
 
 
 def why_no_alpha(values: Float[np.ndarray, "response item"]) -> str:

@@ -6,6 +6,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+from ppinfer import guarding
 from ppinfer.errors import LogError
 from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
 from ppinfer.studies.progress import ProgressCallback, silent
@@ -17,6 +18,8 @@ from ppinfer.studies.validation import validate_log
 
 def validate_file(path: str | os.PathLike[str], *, progress: ProgressCallback = silent) -> Report:
     """Find everything that is wrong with a study log, a recording or a posterior.
+
+    It is read by another process, under limits of time and memory (see `ppinfer.guarding`).
 
     Parameters
     ----------
@@ -36,6 +39,12 @@ def validate_file(path: str | os.PathLike[str], *, progress: ProgressCallback = 
     nowhere.nc: there is no such file
     """
     source = Path(path)
+    try:
+        told = guarding.asked("validate-file", source, progress=progress)
+    except LogError as error:
+        return Report.of(str(source), Faults([_unreadable(source, error)]), Faults())
+    if told is not None:
+        return Report.from_json(told["report"])
     if is_recording(source):
         return _recording_report(source, progress)
     if stated_format(source) == "posterior":

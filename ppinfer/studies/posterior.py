@@ -11,6 +11,7 @@ import xarray as xr
 from jaxtyping import Int, Shaped
 
 from ppinfer.distributions.ragged import row_starts
+from ppinfer import guarding
 from ppinfer.errors import LogError
 from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.posterior_layout import (
@@ -76,19 +77,20 @@ def open_posterior(path: str | os.PathLike[str], *, load: bool = False, verify: 
         raise LogError(
             f"{where}: is a directory; a posterior is one NetCDF file, as 'ppinfer infer' writes it"
         )
-    with told_as_log_error(where, _REMEDY):
-        refuse_other_files(where)
-        dataset = xr.open_dataset(where, engine="h5netcdf", **READ_OPTIONS)
-    try:
+    with guarding.admitted("posterior", where, verify=verify) as known:
         with told_as_log_error(where, _REMEDY):
-            if load:
-                dataset.load()
-            check_posterior(dataset, name=str(where))
-            if verify:
-                verify_posterior(dataset, name=str(where))
-    except BaseException:
-        dataset.close()
-        raise
+            refuse_other_files(where)
+            dataset = xr.open_dataset(where, engine="h5netcdf", **READ_OPTIONS)
+        try:
+            with told_as_log_error(where, _REMEDY):
+                if load:
+                    dataset.load()
+                check_posterior(dataset, name=str(where))
+                if verify and not known:
+                    verify_posterior(dataset, name=str(where))
+        except BaseException:
+            dataset.close()
+            raise
     return dataset
 
 

@@ -12,6 +12,7 @@ from types import TracebackType
 
 import xarray as xr
 
+from ppinfer import guarding
 from ppinfer.errors import LogError
 from ppinfer.studies.checksums import file_sha256
 from ppinfer.studies.faults import Fault, Faults
@@ -88,6 +89,7 @@ class RecordingWriter:
         self.path = Path(path)
         self.header = header
         self.dropped = ""
+        self._resumed = resume
         self._completed: dict[str, None] = {}
         line = header_line(header)
         if not self.path.parent.is_dir():
@@ -95,7 +97,10 @@ class RecordingWriter:
         there = self.path.exists()
         if there and not resume:
             raise LogError(f"{self.path}: exists; resume it, or record to another name")
-        keep = self._length_kept(line) if there else 0
+        keep = 0
+        if there:
+            with guarding.admitted("recording-lines", self.path):
+                keep = self._length_kept(line)
         self._file = self.path.open("r+b" if keep else "wb")
         try:
             self._file.truncate(keep)
@@ -122,6 +127,8 @@ class RecordingWriter:
     def close(self) -> None:
         """Close the file; everything appended is already on the disk."""
         self._file.close()
+        if not self._resumed:
+            guarding.remember_written(self.path)
 
     def append(self, trial: Trial) -> None:
         """Write one trial and wait until it is on the disk.
@@ -194,6 +201,11 @@ def load_recording(path: str | os.PathLike[str]) -> Recording:
     ['a']
     """
     source = Path(path)
+    with guarding.admitted("recording", source):
+        return _loaded(source)
+
+
+def _loaded(source: Path) -> Recording:
     faults = Faults()
     header: RecordingHeader | None = None
     trials: list[Trial] = []

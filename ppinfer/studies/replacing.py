@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from ppinfer.guarding import remember_written
+
 
 @contextmanager
 def temporary_beside(target: Path) -> Iterator[Path]:
@@ -46,6 +48,7 @@ def replacing(target: Path) -> Iterator[Path]:
         yield temporary
         if not target.is_dir():
             os.replace(temporary, target)
+            remember_written(target)
             return
         # a folder cannot be replaced in one step: the old one steps aside and comes back if that fails
         aside = target.with_name(f".{target.name}.{secrets.token_hex(6)}.old")
@@ -55,4 +58,5 @@ def replacing(target: Path) -> Iterator[Path]:
         except BaseException:
             aside.rename(target)
             raise
+        remember_written(target)
         shutil.rmtree(aside)

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from ppinfer import guarding
 from ppinfer.errors import LogError, PPInferError
 from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.replacing import replacing
@@ -80,6 +81,9 @@ def write_signed(log: xr.Dataset, target: Path) -> None:
 def open_log(path: str | os.PathLike[str], *, load: bool = False, verify: bool = False) -> xr.Dataset:
     """Open a study log; numbers stay on disk until they are asked for.
 
+    A log that this process has neither written nor opened before is first read to its end by another process, under
+    limits of time and memory (see `ppinfer.guarding`).
+
     Parameters
     ----------
     path
@@ -98,7 +102,7 @@ def open_log(path: str | os.PathLike[str], *, load: bool = False, verify: bool =
     Raises
     ------
     LogError
-        If it cannot be read, is not a study log, or its content does not match its digest.
+        If it cannot be read within the limits, is not a study log, or its content does not match its digest.
 
     Examples
     --------
@@ -109,24 +113,31 @@ def open_log(path: str | os.PathLike[str], *, load: bool = False, verify: bool =
     12
     """
     source = Path(path)
-    with told_as_log_error(source):
-        log = open_plain(source)
-    try:
-        with told_as_log_error(source):
-            if log.attrs.get("ppinfer_format") != FORMAT:
-                raise LogError(
-                    f"{source}: is not a study log: attribute ppinfer_format is "
-                    f"{log.attrs.get('ppinfer_format')!r}, expected {FORMAT!r}; see 'ppinfer convert'"
-                )
-            if load:
-                log = log.load()
-            if verify:
-                _verify(source, log)
-    except BaseException:
-        log.close()
-        raise
+    with guarding.admitted("log", source) as known:
+        log = _opened(source)
+        try:
+            with told_as_log_error(source):
+                if load:
+                    log = log.load()
+                if verify:
+                    _verify(source, log, known.get("digest"))
+        except BaseException:
+            log.close()
+            raise
     if load:
         log.close()
+    return log
+
+
+def _opened(source: Path) -> xr.Dataset:
+    with told_as_log_error(source):
+        log = open_plain(source)
+        if log.attrs.get("ppinfer_format") != FORMAT:
+            log.close()
+            raise LogError(
+                f"{source}: is not a study log: attribute ppinfer_format is "
+                f"{log.attrs.get('ppinfer_format')!r}, expected {FORMAT!r}; see 'ppinfer convert'"
+            )
     return log
 
 
@@ -163,7 +174,22 @@ def stated_hypothesis(path: Path) -> str | None:
     return _stated(path, "hypothesis")
 
 
+_TOLD = ("ppinfer_format", "hypothesis")
+
+
 def _stated(path: Path, attribute: str) -> str | None:
+    try:
+        # both are asked for, one after the other: one question answers both
+        with guarding.admitted("stated", path, names=_TOLD) as known:
+            told = known[attribute] if known else stated_attribute(path, attribute)
+    except PPInferError:
+        # whoever reads it next says why it cannot be read
+        return None
+    return told if isinstance(told, str) else None
+
+
+def stated_attribute(path: Path, attribute: str) -> str | None:
+    """Return a text attribute of a NetCDF file, or None where it has none; nothing else of the file is read."""
     import h5py
 
     try:
@@ -308,13 +334,14 @@ def _refuse_impossible_sizes(source: Path, log: xr.Dataset) -> None:
             )
 
 
-def _verify(source: Path, log: xr.Dataset) -> None:
+def _verify(source: Path, log: xr.Dataset, found: str | None) -> None:
     stated = log.attrs.get(DIGEST_ATTR)
     if stated is None:
         raise LogError(
             f"{source}: has no {DIGEST_ATTR}, so its content cannot be verified; write it with ppinfer"
         )
-    found = content_digest(log)
+    if found is None:
+        found = content_digest(log)
     if found != stated:
         raise LogError(
             f"{source}: the content does not match its checksum (found {found[:12]}, stated {stated[:12]}): "

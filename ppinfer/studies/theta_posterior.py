@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from ppinfer import guarding
 from ppinfer.errors import LogError
 from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.planned_checks import normalised
@@ -162,7 +163,11 @@ def read_theta_posterior(path: str | os.PathLike[str]) -> xr.Dataset:
         raise LogError(
             f"{source}: is a directory; a posterior is one NetCDF file, as 'ppinfer infer' writes it"
         )
-    with told_as_log_error(source, _REMEDY), open_plain(source) as opened:
+    with (
+        guarding.admitted("theta-posterior", source),
+        told_as_log_error(source, _REMEDY),
+        open_plain(source) as opened,
+    ):
         dataset = opened.load()
     check_theta_posterior(dataset, name=str(source))
     found, stated = content_digest(dataset), dataset.attrs.get(DIGEST_ATTR)

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import xarray as xr
 
+from ppinfer import guarding
 from ppinfer.errors import LogError
 from ppinfer.studies.progress import ProgressCallback, silent
 
@@ -62,6 +63,8 @@ def read_study(
 ) -> xr.Dataset:
     """Read a study with the reader of that name.
 
+    Another process reads it first, under limits of time and memory (see `ppinfer.guarding`).
+
     Parameters
     ----------
     source
@@ -98,4 +101,6 @@ def read_study(
     if not Path(source).exists():
         raise LogError(f"{source}: there is no such file or folder")
     arguments = [source] if mapping is None else [source, mapping]
-    return known.load()(*arguments, **({"progress": progress} if known.tells_progress else {}))
+    told = None if mapping is None else str(mapping)
+    with guarding.admitted("study", source, reader=reader, mapping=told):
+        return known.load()(*arguments, **({"progress": progress} if known.tells_progress else {}))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ppinfer.cli.argument_types import distance, whole_number
 
 if TYPE_CHECKING:
-    pass
+    from ppinfer.studies.metrics import TrialMetrics
 
 _DESCRIPTION = """\
 Measure every trial of a study log: times, stops and failures where robot and human each have a task; points,

@@ -8,7 +8,9 @@ from ppinfer.plots.explore_goals import explore_goals
 from ppinfer.plots.game_performance import plot_game_performance
 from ppinfer.plots.hand_distance import plot_hand_distance
 from ppinfer.plots.learning_curve import plot_learning_curve
+from ppinfer.plots.learning_effects import plot_learning_effects
 from ppinfer.plots.likert import plot_likert
+from ppinfer.plots.metric_by_condition import plot_metric_by_condition
 from ppinfer.plots.over_time import plot_posterior_over_time
 from ppinfer.plots.paired_differences import plot_paired_differences
 from ppinfer.plots.participants import plot_participants
@@ -32,7 +34,9 @@ __all__ = [
     "plot_game_performance",
     "plot_hand_distance",
     "plot_learning_curve",
+    "plot_learning_effects",
     "plot_likert",
+    "plot_metric_by_condition",
     "plot_paired_differences",
     "plot_participants",
     "plot_path",

@@ -46,10 +46,12 @@ if TYPE_CHECKING:
     from ppinfer.testing.evidence_strategies import goal_evidences
     from ppinfer.testing.example_interactions import example_interaction_log
     from ppinfer.testing.example_plays import example_planned_log
+    from ppinfer.testing.example_teams import example_team_log
     from ppinfer.testing.experts import check_expert
     from ppinfer.testing.game_strategies import costs, games
     from ppinfer.testing.goal_scenes import example_goal_situation
     from ppinfer.testing.log_strategies import logs
+    from ppinfer.testing.metrics import check_metric
     from ppinfer.testing.mutations import Mutation, mutate
     from ppinfer.testing.play_strategies import histories, play_trials, situations
     from ppinfer.testing.reader_laws import ReaderTally, check_reader
@@ -73,6 +75,8 @@ _LATER = dict.fromkeys(
     "costs": "ppinfer.testing.game_strategies",
     "example_interaction_log": "ppinfer.testing.example_interactions",
     "example_planned_log": "ppinfer.testing.example_plays",
+    "example_team_log": "ppinfer.testing.example_teams",
+    "check_metric": "ppinfer.testing.metrics",
     "check_expert": "ppinfer.testing.experts",
     "check_goal_chooser": "ppinfer.testing.choice",
     "check_goal_conditional": "ppinfer.testing.choice",
@@ -110,6 +114,7 @@ __all__ = [
     "check_goal_conditional",
     "check_ignorance",
     "check_likelihood",
+    "check_metric",
     "check_norm",
     "check_normalisation",
     "check_online_equals_offline",
@@ -131,6 +136,7 @@ __all__ = [
     "example_planned_log",
     "example_plans",
     "example_situation",
+    "example_team_log",
     "example_trial",
     "factors",
     "games",

@@ -104,7 +104,7 @@ class TrialContext:
     @cached_property
     def interval(self) -> Float[np.ndarray, " sample"]:
         """Seconds since the sample before; 0 at first samples."""
-        seconds = np.diff(self.log["time"].values, prepend=0.0)
+        seconds: np.ndarray = np.diff(self.log["time"].values, prepend=0.0)
         seconds[self.is_first] = 0.0
         return seconds
 
@@ -140,7 +140,7 @@ class TrialContext:
     def seen(self, role: Role) -> Bool[np.ndarray, " sample"]:
         """Return the intervals at both ends of which an agent was seen."""
         here = self.log["observed"].values[:, self.agent(role)] != 0
-        both = here.copy()
+        both: np.ndarray = here.copy()
         both[1:] &= here[:-1]
         both[self.is_first] = False
         return both
@@ -194,4 +194,5 @@ def share(
     >>> share(np.array([1.0, 0.0]), np.array([4.0, 0.0])).tolist()
     [0.25, nan]
     """
-    return np.divide(part, whole, out=np.full(whole.shape, np.nan), where=whole > 0)
+    found: np.ndarray = np.divide(part, whole, out=np.full(whole.shape, np.nan), where=whole > 0)
+    return found

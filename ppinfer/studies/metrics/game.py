@@ -22,9 +22,9 @@ def collisions(trials: TrialContext) -> Float[np.ndarray, " trial"]:
 def first_score(trials: TrialContext) -> Float[np.ndarray, " trial"]:
     """Return seconds until the first score, as logged, or at which the first goal was picked; NaN = never."""
     if trials.has("first_score_s"):
-        return trials.values("first_score_s").astype(np.float64) - trials.began
+        return np.asarray(trials.values("first_score_s").astype(np.float64) - trials.began)
     marked = trials.values("scored") != 0 if trials.has("scored") else trials.values("{human}_pick") >= 0
-    first = np.minimum.reduceat(np.where(marked, trials.elapsed, np.inf), trials.start)
+    first: np.ndarray = np.minimum.reduceat(np.where(marked, trials.elapsed, np.inf), trials.start)
     return np.where(np.isfinite(first), first, np.nan)
 
 

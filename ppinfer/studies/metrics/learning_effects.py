@@ -75,7 +75,8 @@ def slopes(
     value = value - (np.bincount(which, weights=value, minlength=cells) / count)[which]
     variation = np.bincount(which, weights=time * time, minlength=cells)
     product = np.bincount(which, weights=time * value, minlength=cells)
-    return np.divide(product, variation, out=np.full(cells, np.nan), where=variation > 0)
+    slope: np.ndarray = np.divide(product, variation, out=np.full(cells, np.nan), where=variation > 0)
+    return slope
 
 
 def learning_of(

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Float, Int, Shaped
+from jaxtyping import Float, Shaped
 
 from ppinfer.errors import LogError
 from ppinfer.studies.blocks import iter_blocks
@@ -23,7 +23,8 @@ from ppinfer.studies.metrics.idleness import IdleFrom, IdleRule
 from ppinfer.studies.metrics.metric import Metric
 from ppinfer.studies.metrics.registry import METRICS
 from ppinfer.studies.metrics.roles import ROLES, Roles
-from ppinfer.studies.metrics.trial_metrics import MetricFacts, TrialMetrics
+from ppinfer.studies.metrics.summaries import MetricFacts
+from ppinfer.studies.metrics.trial_metrics import TrialMetrics
 from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.recording import is_recording, read_recording
 from ppinfer.studies.storage import open_log
@@ -98,7 +99,8 @@ def trial_metrics(
             for name in need.split(" or ")
         }
         columns = grouping_columns(opened, leave_out=measurements)
-        seeds = opened["seed"].values if "seed" in opened else np.empty(0, np.int64)
+        # an unknown seed is -1
+        simulated = "seed" in opened and bool((opened["seed"].values >= 0).all())
     undefined = {
         metric.name: "it is undefined in every trial"
         for metric, column in zip(possible, values.T, strict=True)
@@ -115,7 +117,7 @@ def trial_metrics(
         ),
         columns,
         missing,
-        _warnings(values, possible, rule, columns["participant"], seeds),
+        _warnings(values, possible, rule, columns["participant"], simulated),
         {
             **provenance,
             "options": {"robot": roles.robot, "human": roles.human, "idle": rule.to_json()},
@@ -196,7 +198,7 @@ def _warnings(
     metrics: Sequence[Metric],
     rule: IdleRule,
     participant: Shaped[np.ndarray, " trial"],
-    seeds: Int[np.ndarray, " trial"],
+    simulated: bool,
 ) -> tuple[str, ...]:
     told = [rule.unused] if rule.unused else []
     names = [metric.name for metric in metrics]
@@ -212,7 +214,7 @@ def _warnings(
     people = len(np.unique(participant.astype(str)))
     if people == 1:
         told.append("one participant only: no standard errors and intervals over participants")
-    if seeds.size and (seeds >= 0).all():
+    if simulated:
         told.append(
             f"the trials are simulated: the {people} participants are what the simulation calls so, and intervals over "
             "them say nothing of people"

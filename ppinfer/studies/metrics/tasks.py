@@ -15,18 +15,19 @@ from ppinfer.studies.metrics.roles import ROLES, Role
 def finish_s(trials: TrialContext, role: Role) -> Float[np.ndarray, " trial"]:
     """Return when an agent had finished; the trial's length where it had not."""
     finish = trials.values("finish_time")[:, trials.agent(role)] - trials.began
-    return np.where(np.isnan(finish), trials.duration, finish)
+    return np.asarray(np.where(np.isnan(finish), trials.duration, finish))
 
 
 def total_s(trials: TrialContext) -> Float[np.ndarray, " trial"]:
     """Return when both had finished; the trial's length where one had not."""
-    return np.maximum(finish_s(trials, "robot"), finish_s(trials, "human"))
+    return np.asarray(np.maximum(finish_s(trials, "robot"), finish_s(trials, "human")))
 
 
 def failures(trials: TrialContext) -> Float[np.ndarray, " trial"]:
     """Return 1 for a trial that somebody did not finish."""
     who = [trials.agent(role) for role in ROLES]
-    return np.isnan(trials.values("finish_time")[:, who]).any(axis=1).astype(np.float64)
+    finished = ~np.isnan(trials.values("finish_time")[:, who])
+    return np.asarray(1.0 - finished.all(axis=1))
 
 
 def logged(trials: TrialContext, name: str) -> Float[np.ndarray, " trial"]:

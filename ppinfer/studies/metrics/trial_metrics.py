@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float, Int, Shaped
 
 from ppinfer.errors import LogError
-from ppinfer.studies.metrics.grouping import FIRST, UNKNOWN_ROUND, column_of
+from ppinfer.studies.metrics.cells import Cells, refuse_many
+from ppinfer.studies.metrics.grouping import UNKNOWN_ROUND, column_of
 from ppinfer.studies.metrics.learning_effects import Learning, learning_of, slopes
 from ppinfer.studies.metrics.over_participants import (
     LEVEL,
@@ -20,75 +21,10 @@ from ppinfer.studies.metrics.over_participants import (
     cell_means,
     over_participants,
 )
+from ppinfer.studies.metrics.summaries import GroupMean, MetricFacts, PairedDifference
 
 if TYPE_CHECKING:
     from ppinfer.studies.statistics.measures import RepeatedMeasures
-
-ALL = "all trials"
-MAX_GROUPS = 1000
-# all pairs of more groups than these make a table that nobody reads
-MAX_PAIRED = 12
-
-
-@dataclass(frozen=True)
-class MetricFacts:
-    """What a column of values is: the metric's name, the units in this log, and its meaning."""
-
-    name: str
-    units: str
-    meaning: str
-
-
-@dataclass(frozen=True)
-class GroupMean:
-    """A metric in one group of trials.
-
-    Parameters
-    ----------
-    group, metric : str
-        Which trials, which metric.
-    mean, sem : float
-        Mean over participants, each of them by the mean of its own trials, and its standard error; NaN for one.
-    low, high : float
-        Bootstrap interval of the mean over participants.
-    participants, trials : int
-        Those with a value.
-    """
-
-    group: str
-    metric: str
-    mean: float
-    sem: float
-    low: float
-    high: float
-    participants: int
-    trials: int
-
-
-@dataclass(frozen=True)
-class PairedDifference:
-    """How a metric differs between two groups, participant by participant: the mean of ``a`` minus ``b``.
-
-    Parameters
-    ----------
-    a, b, metric : str
-        Which groups, which metric.
-    mean, sem : float
-        Over the participants that have a value in both, of the difference of their means.
-    low, high : float
-        Bootstrap interval over these participants.
-    participants : int
-        How many they are.
-    """
-
-    a: str
-    b: str
-    metric: str
-    mean: float
-    sem: float
-    low: float
-    high: float
-    participants: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,14 +131,14 @@ class TrialMetrics:
         LogError
             If there is no such column, or it has too many values.
         """
-        labels, group = self._groups(column)
+        cells = Cells.of(self.columns, column)
         told = []
         for metric in self.names:
-            means, count = self._cells(metric, group, len(labels))
+            means, count = cells.means(self.values_of(metric))
             found = over_participants(means, resamples=resamples, seed=seed, level=level)
             told += [
                 GroupMean(label, metric, *_numbers(found, at), int(count[:, at].sum()))
-                for at, label in enumerate(labels)
+                for at, label in enumerate(cells.labels)
             ]
         return told
 
@@ -229,14 +165,15 @@ class TrialMetrics:
         LogError
             If there is no such column, or it has too many values.
         """
-        labels, group = self._groups(column)
+        cells = Cells.of(self.columns, column)
+        labels = cells.labels
         pairs = list(itertools.combinations(range(len(labels)), 2))
         if not pairs:
             return []
         first, second = np.array(pairs).T
         told = []
         for metric in self.names:
-            means, _ = self._cells(metric, group, len(labels))
+            means, _ = cells.means(self.values_of(metric))
             found = over_participants(
                 means[:, first] - means[:, second], resamples=resamples, seed=seed, level=level
             )
@@ -275,34 +212,35 @@ class TrialMetrics:
         LogError
             If there is no such column, or ``over`` is no column of whole numbers.
         """
-        people, person = self._people()
-        labels, group = self._groups(column)
-        when = self._when(person, group, len(labels), over)
-        known = ~np.isnan(when)
-        rounds, at = np.unique(when[known].astype(np.int64), return_inverse=True)
-        if rounds.size > MAX_GROUPS:
-            raise LogError(f"there are {rounds.size:,} rounds; at most {MAX_GROUPS:,} are compared")
-        cell = person * len(labels) + group
-        cells = len(people) * len(labels)
+        cells = Cells.of(self.columns, column)
+        name = self.rounds_are(column, over)
+        when = cells.order() if name == "order" else column_of(self.columns, name)
+        if when.dtype.kind != "i":
+            raise LogError(
+                f"rounds are counted by whole numbers, and {name!r} is text; give another column, or 'order'"
+            )
+        known = when != UNKNOWN_ROUND
+        rounds, at = np.unique(when[known], return_inverse=True)
+        refuse_many(rounds.size, f"{name!r} has")
+        shape = len(cells.people), len(cells.labels)
         told = []
         for metric in self.names:
-            values = self.values_of(metric)
+            values = self.values_of(metric)[known]
             by_round, _ = cell_means(
-                values[known], cell[known] * max(rounds.size, 1) + at, cells * max(rounds.size, 1)
+                values, cells.cell[known] * rounds.size + at.reshape(-1), cells.size * rounds.size
             )
-            table = by_round.reshape(len(people), len(labels), max(rounds.size, 1))[..., : rounds.size]
-            slope = slopes(values, when, cell, cells).reshape(len(people), len(labels))
+            table = by_round.reshape(*shape, rounds.size)
+            slope = slopes(values, when[known].astype(np.float64), cells.cell[known], cells.size)
+            of_person = slope.reshape(shape)
             told += [
-                learning_of(label, metric, table[:, index], rounds, slope[:, index], level=level)
-                for index, label in enumerate(labels)
+                learning_of(label, metric, table[:, index], rounds, of_person[:, index], level=level)
+                for index, label in enumerate(cells.labels)
             ]
         return told
 
     def rounds_are(self, column: str | None = "condition", over: str | None = None) -> str:
         """Return what `learning` counts rounds by: a column's name, or ``"order"``."""
-        _, person = self._people()
-        labels, group = self._groups(column)
-        return self._over(person, group, len(labels), over)
+        return Cells.of(self.columns, column).rounds_are(self.round) if over is None else over
 
     def measures(self, metric: str, within: str | Sequence[str] = "condition") -> RepeatedMeasures:
         """Return participants' means by condition, as analyses of variance take them.
@@ -347,6 +285,30 @@ class TrialMetrics:
             source=str(self.provenance.get("log", "")),
         )
 
+    def participant_means(
+        self, metric: str, column: str | None = "condition"
+    ) -> tuple[tuple[str, ...], tuple[str, ...], Float[np.ndarray, "participant group"]]:
+        """Return participants, groups, and each participant's mean in each group; NaN where there is none.
+
+        Raises
+        ------
+        LogError
+            If there is no such metric or column.
+        """
+        cells = Cells.of(self.columns, column)
+        return cells.people, cells.labels, cells.means(self.values_of(metric))[0]
+
+    def facts(self, metric: str) -> MetricFacts:
+        """Return what a metric is: its units and meaning.
+
+        Raises
+        ------
+        LogError
+            If there is no such metric here.
+        """
+        self.values_of(metric)
+        return self.metrics[self.names.index(metric)]
+
     def table(self) -> dict[str, Shaped[np.ndarray, " trial"]]:
         """Return one row a trial as columns: ids, what trials can be grouped by, and the metrics."""
         metrics = {name: self.values[:, at] for at, name in enumerate(self.names)}
@@ -364,119 +326,25 @@ class TrialMetrics:
     ) -> dict[str, Any]:
         """Return everything as ``ppinfer metrics --json`` prints it; the parameters are those of the methods.
 
-        Differences between all pairs are left out, and said to be, where there are more than `MAX_PAIRED` groups.
+        Differences between all pairs are left out, and said to be, where there are more than 12 groups.
         """
-        options: dict[str, Any] = {"resamples": resamples, "seed": seed, "level": level}
-        warnings = list(self.warnings)
-        paired = by is not None and len(self._groups(by)[0]) <= MAX_PAIRED
-        if by is not None and not paired:
-            warnings.append(
-                f"{by!r} has more than {MAX_PAIRED} values: differences between pairs are left out"
-            )
-        learned = self.learning(learning_by, over=learning_over, level=level) if learning_by else []
-        return {
-            **self.provenance,
-            "options": {
-                **self.provenance.get("options", {}),
-                **options,
-                "learning_by": learning_by,
-                "learning_over": self.rounds_are(learning_by, learning_over) if learning_by else None,
-            },
-            "by": by,
-            "metrics": [asdict(metric) for metric in self.metrics],
-            "not_available": dict(self.not_available),
-            "trials": self._trials_json(),
-            "groups": [asdict(row) for row in self.by(by, **options)],
-            "differences": [asdict(row) for row in self.differences(by, **options)] if by and paired else [],
-            "learning": [_listed(asdict(row)) for row in learned],
-            "warnings": warnings,
-        }
+        from ppinfer.studies.metrics.faces import metrics_json
+
+        return metrics_json(
+            self,
+            by,
+            learning_by=learning_by,
+            learning_over=learning_over,
+            resamples=resamples,
+            seed=seed,
+            level=level,
+        )
 
     def _repr_html_(self) -> str:
         """Show the mean of every metric as a small table; what comes from the log is text."""
-        from html import escape
+        from ppinfer.studies.metrics.faces import metrics_html
 
-        rows = "".join(
-            f"<tr><td>{escape(row.metric)}</td><td>{_shown(row.mean)}</td><td>{_shown(row.sem)}</td>"
-            f"<td>{escape(metric.units)}</td><td>{row.trials}</td><td>{escape(metric.meaning)}</td></tr>"
-            for row, metric in zip(self.by(resamples=0), self.metrics, strict=True)
-        )
-        people, _ = self._people()
-        return (
-            f"<p>{len(self.values)} trials of {len(people)} participants</p><table><thead><tr><th>metric</th>"
-            "<th>mean</th><th>SEM</th><th>units</th><th>trials</th><th>meaning</th></tr></thead>"
-            f"<tbody>{rows}</tbody></table>"
-        )
-
-    def _people(self) -> tuple[list[str], Int[np.ndarray, " trial"]]:
-        names, person = np.unique(self.participant.astype(str), return_inverse=True)
-        return names.tolist(), person.reshape(-1)
-
-    def _groups(self, column: str | None) -> tuple[list[str], Int[np.ndarray, " trial"]]:
-        if column is None:
-            return [ALL], np.zeros(len(self.values), np.int64)
-        labels, group = np.unique(column_of(self.columns, column), return_inverse=True)
-        if labels.size > MAX_GROUPS:
-            raise LogError(
-                f"{column!r} has {labels.size:,} values, and at most {MAX_GROUPS:,} groups are compared; group by a "
-                "column with fewer"
-            )
-        return [str(label) for label in labels], group.reshape(-1)
-
-    def _cells(
-        self, metric: str, group: Int[np.ndarray, " trial"], groups: int
-    ) -> tuple[Float[np.ndarray, "participant group"], Int[np.ndarray, "participant group"]]:
-        people, person = self._people()
-        means, count = cell_means(self.values_of(metric), person * groups + group, len(people) * groups)
-        return means.reshape(len(people), groups), count.reshape(len(people), groups)
-
-    def _over(
-        self,
-        person: Int[np.ndarray, " trial"],
-        group: Int[np.ndarray, " trial"],
-        groups: int,
-        over: str | None,
-    ) -> str:
-        if over is not None:
-            return over
-        rounds = self.round
-        if rounds is None:
-            return "order"
-        known = rounds != UNKNOWN_ROUND
-        cells = np.unique(np.stack([person * groups + group, rounds])[:, known], axis=1)
-        # one round for each condition: what is learned within it shows in the order of trials
-        several = cells.shape[1] > np.unique(cells[0]).size
-        return "round" if several else "order"
-
-    def _when(
-        self,
-        person: Int[np.ndarray, " trial"],
-        group: Int[np.ndarray, " trial"],
-        groups: int,
-        over: str | None,
-    ) -> Float[np.ndarray, " trial"]:
-        name = self._over(person, group, groups, over)
-        if name == "order":
-            cell = person * groups + group
-            order = np.argsort(cell, kind="stable")
-            count = np.bincount(cell)
-            place = np.empty(cell.size)
-            place[order] = np.arange(cell.size) - np.repeat(np.cumsum(count) - count, count)
-            return place
-        values = column_of(self.columns, name)
-        if values.dtype.kind != "i":
-            raise LogError(
-                f"rounds are counted by whole numbers, and {name!r} is text; give another column, or 'order'"
-            )
-        return np.where(values == UNKNOWN_ROUND, np.nan, values.astype(np.float64))
-
-    def _trials_json(self) -> list[dict[str, Any]]:
-        names = [name for name in FIRST if name in self.columns]
-        ids = [self.columns[name].tolist() for name in names]
-        return [
-            {**dict(zip(names, told, strict=True)), "values": dict(zip(self.names, row, strict=True))}
-            for *told, row in zip(*ids, self.values.tolist(), strict=True)
-        ]
+        return metrics_html(self)
 
 
 def _numbers(found: OverParticipants, at: int) -> tuple[float, float, float, float, int]:
@@ -487,11 +355,3 @@ def _numbers(found: OverParticipants, at: int) -> tuple[float, float, float, flo
         float(found.high[at]),
         int(found.participants[at]),
     )
-
-
-def _listed(row: dict[str, Any]) -> dict[str, Any]:
-    return {**row, "rounds": list(row["rounds"])}
-
-
-def _shown(value: float) -> str:
-    return "" if np.isnan(value) else f"{value:.4g}"

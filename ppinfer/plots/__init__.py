@@ -10,6 +10,7 @@ from ppinfer.plots.hand_distance import plot_hand_distance
 from ppinfer.plots.learning_curve import plot_learning_curve
 from ppinfer.plots.learning_effects import plot_learning_effects
 from ppinfer.plots.likert import plot_likert
+from ppinfer.plots.log_paths import plot_log_paths
 from ppinfer.plots.metric_by_condition import plot_metric_by_condition
 from ppinfer.plots.over_time import plot_posterior_over_time
 from ppinfer.plots.paired_differences import plot_paired_differences
@@ -21,6 +22,7 @@ from ppinfer.plots.replan_beliefs import mean_beliefs, read_beliefs
 from ppinfer.plots.risk_map import plot_risk_map
 from ppinfer.plots.score_curves import plot_score_over_share
 from ppinfer.plots.task_performance import plot_against_personalities, plot_task_performance
+from ppinfer.plots.trial_paths import plot_trial_paths
 
 __all__ = [
     "Explorer",
@@ -36,6 +38,7 @@ __all__ = [
     "plot_learning_curve",
     "plot_learning_effects",
     "plot_likert",
+    "plot_log_paths",
     "plot_metric_by_condition",
     "plot_paired_differences",
     "plot_participants",
@@ -46,5 +49,6 @@ __all__ = [
     "plot_risk_map",
     "plot_score_over_share",
     "plot_task_performance",
+    "plot_trial_paths",
     "read_beliefs",
 ]

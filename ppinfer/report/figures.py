@@ -117,7 +117,8 @@ def calibration_figure(calibration: Calibration) -> ReportFigure:
 
 def participants_figure(scores: Sequence[ParticipantScore]) -> ReportFigure:
     """Draw the participants' scores after one share."""
-    figure = new_figure(9.2, min(9.0, 1.4 + 0.2 * min(len(scores), MAX_NAMED)))
+    # where there are too many to name them, a row each would be empty
+    figure = new_figure(9.2, 1.4 + 0.2 * len(scores) if len(scores) <= MAX_NAMED else 3.8)
     left, right = figure.subplots(1, 2)
     plot_participants(scores, "accuracy", ax=left)
     plot_participants(scores, "mean_log_posterior", ax=right)

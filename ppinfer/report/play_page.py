@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from pathlib import Path
+from collections.abc import Mapping
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -18,166 +17,95 @@ from ppinfer.plots.replan_beliefs import (
     mean_beliefs,
     read_beliefs,
 )
-from ppinfer.report.play_facts import (
-    baselines,
-    inferring_trials,
-    log_provenance,
-    log_sheet,
-    personal_robots,
-    wanted_trials,
-)
-from ppinfer.report.play_figures import (
-    belief_figure,
-    differences_figure,
-    human_figure,
-    performance_figure,
-    play_trial_figure,
-)
+from ppinfer.report.options import NO_SEGMENTS, SEGMENT_OPTIONS, Pair, ReportOptions
+from ppinfer.report.parts import Contents, Part, sentence
+from ppinfer.report.play_facts import baselines, inferring_trials, personal_robots, play_facts
+from ppinfer.report.play_parts import NO_TRUE_THETA, belief_parts, performance_part, play_trials_part
 from ppinfer.report.play_trials import choose_plays, how_chosen
-from ppinfer.report.rendering import render
-from ppinfer.report.trial_choice import ChosenTrial, named_trials
-from ppinfer.report.written import Drawn, Progress, WrittenReport
-from ppinfer.studies.faults import Report
-from ppinfer.studies.schema import FORMAT
-from ppinfer.studies.storage import open_log, stated_format
+from ppinfer.report.sections.data_sheet import data_part, log_sheet
+from ppinfer.report.sections.faults import faults_part
+from ppinfer.report.sections.provenance import log_provenance, made_part
+from ppinfer.report.source import Source
+from ppinfer.report.trial_choice import named_trials, wanted_trials
+from ppinfer.report.written import PageWriter, WrittenReport
+from ppinfer.studies.storage import open_log
 from ppinfer.studies.task_performance import TaskPerformance, task_performance
-from ppinfer.studies.validation import validate_log
 
-PLAY_VARIABLES = ("finish_time", "stops", "stop_episodes", "controller")
-ROBOT, HUMAN = "robot", "human"
+_PLAY_VARIABLES = ("finish_time", "stops", "stop_episodes", "controller")
 
 
-def is_play_log(source: Path) -> bool:
-    """Whether a file is a study log that says how fast and safe a robot and a human did their tasks."""
-    is_log = (source / "zarr.json").is_file() if source.is_dir() else stated_format(source) == FORMAT
-    if not is_log:
-        return False
-    with open_log(source) as log:
-        return all(name in log.variables for name in PLAY_VARIABLES)
+def is_play_log(log: xr.Dataset) -> bool:
+    """Whether a log says how fast and safe agents did their tasks."""
+    return all(name in log.variables for name in _PLAY_VARIABLES)
 
 
-@dataclass(frozen=True)
-class _Told:
-    """The numbers on the page, each told once and drawn as it is told."""
-
-    pooled: list[dict[str, Any]]
-    cells: list[dict[str, Any]]
-    differences: list[dict[str, Any]]
-    beliefs: list[MeanBelief]
-
-
-def write_play_page(
-    source: Path,
-    target: Path,
-    *,
-    trials: Sequence[str] | None,
-    participants: Sequence[str] | None,
-    exclude: Sequence[str] | None,
-    progress: Progress,
-) -> WrittenReport:
+def write_play_page(source: Source, options: ReportOptions, pair: Pair, writer: PageWriter) -> WrittenReport:
     """Write the page about a log of parallel play; see `ppinfer.report.write_report`."""
-    checked = validate_log(source)
-    with open_log(source) as log:
-        if not checked.ok:
-            return _write_faults(source, target, log, checked)
-        wanted = wanted_trials(log, participants, exclude)
-        chosen = None if trials is None else named_trials(log, trials)
-        performance = _among(task_performance(log), wanted)
-        beliefs = (
-            None if belief_variable(log) is None else read_beliefs(log).among(wanted & inferring_trials(log))
-        )
+    options.refuse(source.given, SEGMENT_OPTIONS, NO_SEGMENTS)
+    options.refuse(
+        source.given, ("model", "parameters"), "choose{s} how goals are inferred, and this log has none"
+    )
+    with open_log(source.path) as log:
+        wanted = wanted_trials(log, options.participants, options.exclude)
+        named = None if options.trials is None else named_trials(log, options.trials)
+        performance = _among(task_performance(log, robot=pair.robot, human=pair.human), wanted)
+        beliefs = _beliefs(log, pair, wanted)
         against = baselines(performance)
-        told = _Told(
-            pooled=performance.pooled(),
-            cells=performance.cells(),
-            differences=performance.differences(against),
-            beliefs=_mean_beliefs(beliefs),
-        )
-        if chosen is None:
-            chosen = choose_plays(beliefs, HUMAN, stops=log["stops"].values, among=wanted)
-        warnings = _warnings(performance, told, beliefs)
-        compared = [name for name in against if any(row["against"] == name for row in told.differences)]
-        robots = personal_robots(performance, beliefs)
-        drawable = beliefs is not None or "end_effector" in log
-        drawn = Drawn(
-            progress,
-            total=1
-            + len(compared)
-            + len(robots)
-            + (1 if told.beliefs else 0)
-            + (len(chosen) if drawable else 0),
-        )
-        context = {
-            "performance_figure": drawn.add(performance_figure(performance)),
-            "difference_figures": [
-                (name, drawn.add(differences_figure(told.differences, name, number=number)))
-                for number, name in enumerate(compared, start=1)
-            ],
-            "human_figures": [
-                drawn.add(human_figure(performance, name, number=number))
-                for number, name in enumerate(robots, start=1)
-            ],
-            "belief_figure": drawn.add(belief_figure(told.beliefs)) if told.beliefs else None,
-            "trial_figures": [
-                drawn.add(
-                    play_trial_figure(log, each.index, viewer=ROBOT, other=HUMAN, number=number, why=each.why)
-                )
-                for number, each in enumerate(chosen, start=1)
-            ]
-            if drawable
-            else [],
+        told: dict[str, list[dict[str, Any]]] = {
+            "pooled": performance.pooled(),
+            "cells": performance.cells(),
+            "differences": performance.differences(against),
         }
-        page = render(
-            "play.html.j2",
+        means = _mean_beliefs(beliefs, pair)
+        chosen = named or choose_plays(beliefs, pair.human, stops=log["stops"].values, among=wanted)
+        drawable = beliefs is not None or "end_effector" in log
+        trials: list[Part] = []
+        if drawable:
+            how = how_chosen(pair.human, stops=True)
+            trials = [play_trials_part(log, chosen, pair.robot, pair.human, how, options)]
+        about = ", and what the robot believed of the human" if means else ""
+        contents = Contents(
             title=str(log.attrs.get("title") or "Parallel play"),
-            source=source.name,
-            viewer=ROBOT,
-            other=HUMAN,
-            told=told,
-            faults=[],
-            notes_of_check=checked.lines(),
-            warnings=warnings,
-            how_chosen=how_chosen(HUMAN, stops=True) if trials is None else "Chosen by name.",
-            data_sheet=log_sheet(log, performance, beliefs),
-            provenance=log_provenance(log, source),
-            **context,
+            lead=(
+                f"Parallel play in {source.given.name}: a robot and a human, each with a task of its own in the same "
+                f"place. How fast they were, how often a safety stop held them{about}."
+            ),
+            warnings=_warnings(performance, told, beliefs, pair),
+            sections={
+                "data": [
+                    data_part(
+                        log_sheet(log, shown=len(performance.scene), more=play_facts(performance, beliefs))
+                    )
+                ],
+                "faults": [
+                    faults_part(source.checked, what="the log", notes=str(log.attrs.get("notes", "")))
+                ],
+                "posteriors": [*belief_parts(means, pair.robot, pair.human), *trials]
+                or [sentence("The log holds no beliefs.")],
+                "calibration": [sentence(NO_TRUE_THETA)],
+                "metrics": [
+                    performance_part(
+                        performance,
+                        told,
+                        compared=[
+                            name
+                            for name in against
+                            if any(row["against"] == name for row in told["differences"])
+                        ],
+                        robots=personal_robots(performance, beliefs),
+                    )
+                ],
+                "tests": [sentence("No tests.")],
+                "made": [made_part(source, options, log_provenance(log))],
+            },
         )
-        shown = _names(log, chosen) if drawable else ()
-    return WrittenReport(
-        page=target / "index.html",
-        figures=drawn.write(target, page),
-        trials=shown,
-        warnings=tuple(warnings),
-        task_performance={
-            "pooled": told.pooled,
-            "cells": told.cells,
-            "differences": told.differences,
-        },
-        beliefs=tuple(told.beliefs) if told.beliefs else None,
-    )
-
-
-def _write_faults(source: Path, target: Path, log: xr.Dataset, checked: Report) -> WrittenReport:
-    count = sum(checked.fault_counts.values())
-    warnings = [
-        f"the log has {count} fault{'s' * (count != 1)}, so nothing is concluded from it; mend it "
-        "(see 'ppinfer validate')"
-    ]
-    drawn = Drawn(None, total=0)
-    page = render(
-        "play.html.j2",
-        title=str(log.attrs.get("title") or "Parallel play"),
-        source=source.name,
-        told=None,
-        faults=checked.lines(),
-        notes_of_check=[],
-        warnings=warnings,
-        data_sheet=[(name, f"{size:,}") for name, size in checked.sizes.items()],
-        provenance=log_provenance(log, source),
-    )
-    return WrittenReport(
-        page=target / "index.html", figures=drawn.write(target, page), trials=(), warnings=tuple(warnings)
-    )
+        names = log["trial_id"].values
+        return writer.write(
+            contents,
+            trials=[str(names[each.index]) for each in chosen] if drawable else [],
+            task_performance=told,
+            beliefs=tuple(means) if means else None,
+        )
 
 
 def _among(performance: TaskPerformance, trials: Bool[np.ndarray, " trial"]) -> TaskPerformance:
@@ -186,13 +114,24 @@ def _among(performance: TaskPerformance, trials: Bool[np.ndarray, " trial"]) -> 
     )
 
 
-def _mean_beliefs(beliefs: ReplanBeliefs | None) -> list[MeanBelief]:
-    return [] if beliefs is None or HUMAN not in beliefs.theta else mean_beliefs(beliefs, HUMAN)
+def _beliefs(log: xr.Dataset, pair: Pair, wanted: Bool[np.ndarray, " trial"]) -> ReplanBeliefs | None:
+    if belief_variable(log) is None:
+        return None
+    return read_beliefs(log, robot=pair.robot, human=pair.human).among(wanted & inferring_trials(log))
 
 
-def _warnings(performance: TaskPerformance, told: _Told, beliefs: ReplanBeliefs | None) -> list[str]:
+def _mean_beliefs(beliefs: ReplanBeliefs | None, pair: Pair) -> list[MeanBelief]:
+    return [] if beliefs is None or pair.human not in beliefs.theta else mean_beliefs(beliefs, pair.human)
+
+
+def _warnings(
+    performance: TaskPerformance,
+    told: Mapping[str, list[dict[str, Any]]],
+    beliefs: ReplanBeliefs | None,
+    pair: Pair,
+) -> list[str]:
     warnings = []
-    unfinished = round(sum(row["failures"] * row["trials"] for row in told.pooled))
+    unfinished = round(sum(row["failures"] * row["trials"] for row in told["pooled"]))
     if unfinished:
         trials = len(performance.scene)
         warnings.append(
@@ -203,11 +142,6 @@ def _warnings(performance: TaskPerformance, told: _Told, beliefs: ReplanBeliefs 
         warnings.append(
             "there is one scene: nothing is known of how scenes differ, so there are no intervals"
         )
-    if beliefs is not None and len(beliefs.trial) and HUMAN not in beliefs.theta:
-        warnings.append(f"theta has no label {HUMAN!r}, so that beliefs are not summed up")
+    if beliefs is not None and len(beliefs.trial) and pair.human not in beliefs.theta:
+        warnings.append(f"theta has no label {pair.human!r}, so that beliefs are not summed up")
     return warnings
-
-
-def _names(log: xr.Dataset, chosen: Sequence[ChosenTrial]) -> tuple[str, ...]:
-    names = log["trial_id"].values
-    return tuple(str(names[each.index]) for each in chosen)

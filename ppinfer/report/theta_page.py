@@ -5,27 +5,26 @@ from __future__ import annotations
 import json
 import shlex
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
-from ppinfer.plots.replan_beliefs import MeanBelief, ReplanBeliefs, mean_beliefs, read_beliefs
-from ppinfer.report.facts import Facts, provenance
-from ppinfer.report.play_facts import counted, wanted_trials
-from ppinfer.report.play_figures import belief_figure, play_trial_figure
+from ppinfer.plots.replan_beliefs import ReplanBeliefs, mean_beliefs, read_beliefs
+from ppinfer.report.facts import Facts, counted
+from ppinfer.report.options import HUMAN, NO_SEGMENTS, OF_LOGS_ONLY, ROBOT, SEGMENT_OPTIONS, ReportOptions
+from ppinfer.report.parts import Contents, sentence
+from ppinfer.report.play_parts import NO_TRUE_THETA, belief_parts, play_trials_part
 from ppinfer.report.play_trials import choose_plays, how_chosen
-from ppinfer.report.rendering import render
-from ppinfer.report.trial_choice import named_trials
-from ppinfer.report.written import Drawn, Progress, WrittenReport
+from ppinfer.report.sections.data_sheet import data_part
+from ppinfer.report.sections.faults import faults_part
+from ppinfer.report.sections.provenance import made_part, posterior_provenance
+from ppinfer.report.source import Source
+from ppinfer.report.trial_choice import named_trials, wanted_trials
+from ppinfer.report.written import PageWriter, WrittenReport
 from ppinfer.studies.personality_inference import live_difference
-from ppinfer.studies.posterior_layout import POSTERIOR_FORMAT
-from ppinfer.studies.storage import stated_format, stated_hypothesis
-from ppinfer.studies.theta_posterior import HYPOTHESIS, read_theta_posterior
+from ppinfer.studies.theta_posterior import read_theta_posterior
 
-ROBOT, HUMAN = "robot", "human"
 # what the command calls the models that logs name
 _VARIANTS = {
     "personality": "repaired",
@@ -34,72 +33,54 @@ _VARIANTS = {
 }
 
 
-def is_theta_posterior(source: Path) -> bool:
-    """Whether a file is a posterior over theta."""
-    return (
-        source.is_file()
-        and stated_format(source) == POSTERIOR_FORMAT
-        and stated_hypothesis(source) == HYPOTHESIS
-    )
-
-
-@dataclass(frozen=True)
-class _Told:
-    beliefs: list[MeanBelief]
-
-
-def write_theta_page(
-    source: Path,
-    target: Path,
-    *,
-    trials: Sequence[str] | None,
-    participants: Sequence[str] | None,
-    exclude: Sequence[str] | None,
-    progress: Progress,
-) -> WrittenReport:
+def write_theta_page(source: Source, options: ReportOptions, writer: PageWriter) -> WrittenReport:
     """Write the page about a posterior over theta; see `ppinfer.report.write_report`."""
-    posterior = read_theta_posterior(source)
+    options.refuse(source.given, SEGMENT_OPTIONS, NO_SEGMENTS)
+    options.refuse(source.given, ("model", "parameters", "robot", "human"), OF_LOGS_ONLY)
+    posterior = read_theta_posterior(source.path)
     viewer, other = _viewer_and_other(posterior)
-    wanted = wanted_trials(posterior, participants, exclude)
-    chosen = None if trials is None else named_trials(posterior, trials)
+    wanted = wanted_trials(posterior, options.participants, options.exclude)
     beliefs = read_beliefs(posterior, robot=viewer, human=other).among(wanted)
-    told = _Told(mean_beliefs(beliefs, other) if other in beliefs.theta else [])
+    told = mean_beliefs(beliefs, other) if other in beliefs.theta else []
     warnings = []
     if other not in beliefs.theta:
         warnings.append(f"theta has no label {other!r}, so that beliefs are not summed up")
-    if chosen is None:
+    if options.trials is None:
         chosen = choose_plays(beliefs, other, stops=None, among=wanted)
-    drawn = Drawn(progress, total=len(chosen) + (1 if told.beliefs else 0))
-    page = render(
-        "theta.html.j2",
+    else:
+        chosen = named_trials(posterior, options.trials)
+    attrs = posterior.attrs
+    contents = Contents(
         title=f"Whom does the {other} favour?",
-        viewer=viewer,
-        other=other,
-        source=source.name,
-        attrs=posterior.attrs,
-        told=told,
+        lead=(
+            f"The posterior over theta in {source.given.name}, inferred by the model “{attrs.get('model', 'unknown')}” "
+            f"from {attrs.get('input', 'a study log')}: at every replan of the {viewer}, whom the {other}'s choice of "
+            "equilibria favours, given what was seen so far."
+        ),
         warnings=warnings,
-        how_chosen=how_chosen(other, stops=False) if trials is None else "Chosen by name.",
-        belief_figure=drawn.add(belief_figure(told.beliefs)) if told.beliefs else None,
-        trial_figures=[
-            drawn.add(
-                play_trial_figure(
-                    posterior, each.index, viewer=viewer, other=other, number=number, why=each.why
+        sections={
+            "data": [data_part(_sheet(posterior, beliefs, viewer, other))],
+            "faults": [faults_part(source.checked, what="the posterior")],
+            "posteriors": [
+                *belief_parts(told, viewer, other),
+                play_trials_part(posterior, chosen, viewer, other, how_chosen(other, stops=False), options),
+            ],
+            "calibration": [sentence(NO_TRUE_THETA)],
+            "metrics": [sentence("No metrics.")],
+            "tests": [sentence("No tests.")],
+            "made": [
+                made_part(
+                    source,
+                    options,
+                    [*posterior_provenance(posterior, states=False), *_models(posterior)],
+                    posterior_command=_command(posterior, source.given),
                 )
-            )
-            for number, each in enumerate(chosen, start=1)
-        ],
-        data_sheet=_sheet(posterior, beliefs, viewer, other),
-        provenance=[*provenance(posterior, source, states=False), *_models(posterior)],
-        command=_command(posterior, source),
+            ],
+        },
     )
     names = posterior["trial_id"].values
-    return WrittenReport(
-        page=target / "index.html",
-        figures=drawn.write(target, page),
-        trials=tuple(str(names[each.index]) for each in chosen),
-        warnings=tuple(warnings),
-        beliefs=tuple(told.beliefs) if told.beliefs else None,
+    return writer.write(
+        contents, trials=[str(names[each.index]) for each in chosen], beliefs=tuple(told) if told else None
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from ppinfer.errors import LogError
 from ppinfer.studies.schema import FORMAT
@@ -69,3 +69,28 @@ def named_trials(dataset: xr.Dataset, trials: Sequence[str]) -> list[ChosenTrial
             f"{len(known)}: {', '.join(map(repr, known[:10]))}{', ...' * (len(known) > 10)}"
         )
     return [ChosenTrial(index[name], "chosen by name") for name in dict.fromkeys(trials)]
+
+
+def wanted_trials(
+    dataset: xr.Dataset, participants: Sequence[str] | None, exclude: Sequence[str] | None
+) -> Bool[np.ndarray, " trial"]:
+    """Return which trials are of these participants.
+
+    Raises
+    ------
+    LogError
+        If a participant is unknown, or no trial is left.
+    """
+    people = dataset["participant"].values.astype(str)
+    unknown = sorted({*(participants or ()), *(exclude or ())} - set(people.tolist()))
+    if unknown:
+        known = list(dict.fromkeys(people.tolist()))
+        raise LogError(
+            f"unknown participant{'s' * (len(unknown) != 1)} {', '.join(map(repr, unknown))}; there are "
+            f"{', '.join(map(repr, known[:20]))}{' and others' * (len(known) > 20)}"
+        )
+    wanted = np.isin(people, people if participants is None else list(participants))
+    wanted &= ~np.isin(people, list(exclude or ()))
+    if not wanted.any():
+        raise LogError("no trial is left: all participants are excluded")
+    return wanted

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from ppinfer.plots.replan_beliefs import MeanBelief
-from ppinfer.report.figures import ReportFigure
+from ppinfer.report.drawing import Drawn
 from ppinfer.report.folder import write_folder
+from ppinfer.report.parts import Contents
+from ppinfer.report.source import Source
 from ppinfer.studies.calibration import Calibration
+from ppinfer.studies.faults import Fault
 from ppinfer.studies.scores import Scores
 
 Progress = Callable[[int, int], None] | None
@@ -28,8 +31,11 @@ class WrittenReport:
         The figure files.
     trials
         Names of the trials that are shown.
+    faults, fault_warnings
+        What the checks of the file found; of a log with faults nothing else is said.
     scores, calibration
-        What the page says of a posterior over goals; None when no segment can be scored, and of other files.
+        What the page says of a posterior over goals, in the file or inferred of it; None when no segment can be scored,
+        and of other files.
     task_performance
         What the page says of a log of parallel play: ``pooled``, ``cells`` and ``differences``, as `ppsim study`
         prints them; None of other files.
@@ -50,6 +56,8 @@ class WrittenReport:
     figures: tuple[Path, ...]
     trials: tuple[str, ...]
     warnings: tuple[str, ...]
+    faults: tuple[Fault, ...] = ()
+    fault_warnings: tuple[Fault, ...] = ()
     scores: Scores | None = None
     calibration: Calibration | None = None
     task_performance: dict[str, list[dict[str, Any]]] | None = None
@@ -76,26 +84,41 @@ class WrittenReport:
                 {key: value for key, value in row.items() if key != "impossible"}
                 for row in self.conditional_scores
             ],
+            "faults": [asdict(fault) for fault in self.faults],
+            "fault_warnings": [asdict(fault) for fault in self.fault_warnings],
             "warnings": list(self.warnings),
         }
 
 
-class Drawn:
-    """The figures so far; each one added moves the progress on."""
+@dataclass(frozen=True)
+class PageWriter:
+    """Writes the page about a file to a folder.
 
-    def __init__(self, progress: Progress, *, total: int) -> None:
-        self.figures: list[ReportFigure] = []
-        self._progress = progress
-        self._total = total
+    Parameters
+    ----------
+    source
+        What the page is about.
+    target
+        The folder.
+    progress
+        Told how many figures are drawn, of how many.
+    """
 
-    def add(self, figure: ReportFigure) -> ReportFigure:
-        """Keep a figure and return it."""
-        self.figures.append(figure)
-        if self._progress is not None:
-            self._progress(len(self.figures), self._total)
-        return figure
+    source: Source
+    target: Path
+    progress: Progress
 
-    def write(self, target: Path, page: str) -> tuple[Path, ...]:
-        """Write the page with its figures and return the figures' files."""
-        write_folder(target, page, self.figures)
-        return tuple(target / "figures" / figure.name for figure in self.figures)
+    def write(self, contents: Contents, *, trials: Sequence[str] = (), **numbers: Any) -> WrittenReport:
+        """Draw the figures, write the page, and return it with the numbers on it."""
+        drawn = Drawn(self.progress, total=contents.pictures)
+        page = contents.html(self.source.given, drawn)
+        write_folder(self.target, page, drawn.figures)
+        return WrittenReport(
+            page=self.target / "index.html",
+            figures=tuple(self.target / "figures" / figure.name for figure in drawn.figures),
+            trials=tuple(trials),
+            warnings=tuple(contents.warnings),
+            faults=self.source.checked.faults,
+            fault_warnings=self.source.checked.warnings,
+            **numbers,
+        )

@@ -7,7 +7,6 @@ import pytest
 from ppinfer.errors import LogError
 from ppinfer.goals.coupled import GoalCoupled
 from ppinfer.report import write_report
-from ppinfer.report.figures import png_of
 from ppinfer.report.interaction_choice import StretchNumbers, choose_stretches, stretch_numbers
 from ppinfer.report.interaction_figures import safety_sample
 from ppinfer.report.rendering import number
@@ -23,26 +22,13 @@ from ppinfer.studies import (
 from ppinfer.studies.game_performance import game_performance
 from ppinfer.studies.interaction import Stretch, read_interaction, stretches
 from ppinfer.studies.storage import write_signed
-from ppinfer.testing import example_interaction_log, example_log
+from ppinfer.testing import example_interaction_log
 from ppsim.reaching import GameStudy
 from ppsim.study import log_of_study
 
 from .pages import Page
 
 SHIPPED = Path(__file__).parents[2] / "data" / "reaching-small.nc"
-
-
-@pytest.fixture(autouse=True)
-def undrawn_figures(monkeypatch):
-    """Leave figures blank: drawing them takes longer than all else, and pictures have tests of their own."""
-    monkeypatch.setattr("ppinfer.report.interaction_figures.png_of", lambda figure: b"\x89PNG")
-
-
-@pytest.fixture
-def drawn_figures(undrawn_figures, monkeypatch):
-    """Draw figures after all, coarsely."""
-    monkeypatch.setattr("ppinfer.report.figures._DPI", 30)
-    monkeypatch.setattr("ppinfer.report.interaction_figures.png_of", png_of)
 
 
 @pytest.fixture(scope="module")
@@ -61,11 +47,12 @@ def _report(tmp_path, log, **options):
 def test_the_page_of_games_has_its_pictures_tables_and_sheet(tmp_path, games, drawn_figures):
     report = _report(tmp_path, games)
     names = [path.name for path in report.figures]
-    shown = len(names) - 2
+    shown = len([name for name in names if name.startswith("interaction")])
     assert names == [
-        "game-performance.png",
         *(f"interaction-{n}.png" for n in range(1, shown + 1)),
         "safety.png",
+        "calibration.png",
+        "game-performance.png",
     ]
     assert 1 <= shown <= 3
     text = report.page.read_text()
@@ -79,6 +66,7 @@ def test_the_page_of_games_has_its_pictures_tables_and_sheet(tmp_path, games, dr
         "live, given the robot (live_log_post)",
         "How safe is the robot?",
         "robots naive: 4, influence: 4",
+        "belief expected calibration error over all goals",
         "beliefs held live live_log_belief, live_log_post",
         "naive none",
         "influence reacted",
@@ -144,7 +132,7 @@ def test_the_beliefs_of_a_robot_of_ones_own_are_said_to_be_in_the_log_alone(tmp_
 def test_a_log_without_scores_or_live_beliefs_has_the_rest(tmp_path):
     report = _report(tmp_path, example_interaction_log())
     assert report.game_performance is None
-    assert [path.name for path in report.figures][-1] == "safety.png"
+    assert [path.name for path in report.figures][-2:] == ["safety.png", "calibration.png"]
     assert len(report.conditional_scores) == 12
     words = Page(report.page.read_text()).words
     assert "scored as a team" not in words
@@ -200,8 +188,8 @@ def test_an_unsound_log_has_its_faults_and_nothing_else(tmp_path):
     report = write_report(tmp_path / "log.nc", tmp_path / "report")
     assert report.figures == ()
     words = Page(report.page.read_text()).words
-    assert "What is wrong with them" in words
-    assert "time" in words
+    assert "The log is not sound: its checks found 1 fault" in words
+    assert "sample 5, column time 1" in words
 
 
 def test_text_from_a_log_is_text_on_the_page_and_in_pictures(tmp_path, drawn_figures):
@@ -217,11 +205,26 @@ def test_text_from_a_log_is_text_on_the_page_and_in_pictures(tmp_path, drawn_fig
     assert "<img src=x> $" in page.words
 
 
-def test_a_log_of_one_agent_is_no_interaction(tmp_path):
-    write_log(example_log(participants=1, trials=1), tmp_path / "log.nc")
-    with pytest.raises(LogError):
-        write_report(tmp_path / "log.nc", tmp_path / "report")
-    assert not (tmp_path / "report").exists()
+def test_agents_of_other_names_are_the_robot_and_the_human_that_they_are_said_to_be(tmp_path):
+    log = example_interaction_log()
+    told = _report(tmp_path, log).conditional_scores
+    renamed = log.assign_coords(
+        agent=["walker" if name == "human" else "cart" for name in log["agent"].values]
+    )
+    renamed["segment_agent"] = ("segment", np.array(["walker"] * log.sizes["segment"], dtype=object))
+    report = _report(tmp_path, renamed, robot="cart", human="walker")
+    assert [row["mean_log_posterior"] for row in report.conditional_scores] == [
+        row["mean_log_posterior"] for row in told
+    ]
+    words = Page(report.page.read_text()).words
+    assert "A walker and a cart among goals" in words
+    assert "given the cart's goal" in words
+    assert "--robot cart --human walker" in words
+
+
+def test_a_model_that_is_asked_for_is_scored_beside_the_beliefs(tmp_path):
+    report = _report(tmp_path, example_interaction_log(), model="nearest", at=[0.5])
+    assert [row["belief"] for row in report.conditional_scores][-1] == "nearest at its defaults"
 
 
 def test_stretches_are_chosen_by_difference_gain_and_loss_and_each_once():

@@ -8,7 +8,6 @@ import pytest
 from ppinfer.errors import LogError
 from ppinfer.plots import mean_beliefs, read_beliefs
 from ppinfer.report import write_report
-from ppinfer.report.figures import png_of
 from ppinfer.report.play_trials import choose_plays
 from ppinfer.report.rendering import number
 from ppinfer.studies import write_log
@@ -17,19 +16,6 @@ from ppinfer.studies.task_performance import task_performance
 
 from ..plots.plays import make_plays
 from .pages import Page
-
-
-@pytest.fixture(autouse=True)
-def undrawn_figures(monkeypatch):
-    """Leave figures blank: drawing them takes longer than all else, and pictures have tests of their own."""
-    monkeypatch.setattr("ppinfer.report.play_figures.png_of", lambda figure: b"\x89PNG")
-
-
-@pytest.fixture
-def drawn_figures(undrawn_figures, monkeypatch):
-    """Draw figures after all, coarsely."""
-    monkeypatch.setattr("ppinfer.report.figures._DPI", 30)
-    monkeypatch.setattr("ppinfer.report.play_figures.png_of", png_of)
 
 
 def _report(tmp_path, log, **options):
@@ -50,11 +36,11 @@ def test_the_page_of_a_study_has_its_pictures_tables_and_sheet(tmp_path, drawn_f
     log = make_plays()
     report = _report(tmp_path, log)
     assert [path.name for path in report.figures] == [
+        "beliefs.png",
+        *(f"trial-{index}.png" for index in range(1, len(report.trials) + 1)),
         "task-performance.png",
         "differences-1.png",
         "humans-1.png",
-        "beliefs.png",
-        *(f"trial-{index}.png" for index in range(1, len(report.trials) + 1)),
     ]
     text = report.page.read_text()
     page = Page(text)
@@ -108,7 +94,7 @@ def test_norm_and_norm_with_commitment_are_what_others_are_compared_with(tmp_pat
 def test_one_robot_alone_has_no_differences_and_one_scene_no_intervals(tmp_path):
     log = make_plays(robots=("defensive",), humans=("norm",), scenes=1)
     report = _report(tmp_path, log)
-    assert [path.name for path in report.figures] == ["task-performance.png", "humans-1.png", "trial-1.png"]
+    assert [path.name for path in report.figures] == ["trial-1.png", "task-performance.png", "humans-1.png"]
     assert report.task_performance["differences"] == []
     assert report.beliefs is None
     words = Page(report.page.read_text()).words
@@ -163,8 +149,8 @@ def test_an_unsound_log_is_told_its_faults_and_nothing_is_concluded(tmp_path):
     assert report.task_performance is None
     assert report.warnings[0].startswith("the log has ")
     words = Page(report.page.read_text()).words
-    assert "What is wrong with them" in words
-    assert "fault: trial 'scene-0/shared/norm/norm': sample 3" in words
+    assert "The log is not sound: its checks found" in words
+    assert "trial scene-0/shared/norm/norm, sample 3" in words
 
 
 def test_what_a_study_log_says_cannot_become_markup(tmp_path):
@@ -273,7 +259,21 @@ def test_what_an_oracle_was_told_is_no_belief(tmp_path):
     assert "oracle against each human" not in words
 
 
-def test_other_logs_are_refused_as_before(tmp_path):
-    log = make_plays(robots=("norm",), humans=("norm",), scenes=1).drop_vars("stops")
-    with pytest.raises(LogError, match="is not a posterior file"):
-        _report(tmp_path, log)
+def test_agents_of_other_names_are_told_by_options_or_have_a_page_without_pairs(tmp_path):
+    log = make_plays(robots=("norm", "bayes"), humans=("norm",))
+    told = _report(tmp_path, log).task_performance
+    names = {"robot": "arm", "human": "person"}
+    renamed = log.assign_coords(agent=[names[str(name)] for name in log["agent"].values])
+    renamed = renamed.assign_coords(theta=[names[str(name)] for name in log["theta"].values])
+    renamed["replan_agent"] = (
+        "replan",
+        np.array([names[str(name)] for name in log["replan_agent"].values], dtype=object),
+    )
+    report = _report(tmp_path, renamed, robot="arm", human="person")
+    assert report.task_performance == told
+    assert {one.label for one in report.beliefs} == {"person"}
+    alone = write_report(tmp_path / "log.nc", tmp_path / "alone")
+    assert alone.task_performance is None
+    assert "--robot and --human say" in Page(alone.page.read_text()).words
+    with pytest.raises(LogError, match="--robot hand: there is no such agent in the log; there are"):
+        write_report(tmp_path / "log.nc", tmp_path / "other", robot="hand")

@@ -15,19 +15,13 @@ from ..studies.posteriors import make_posterior
 from .pages import Page
 
 
-@pytest.fixture(autouse=True)
-def coarse_figures(monkeypatch):
-    """Draw small: what is on the pages is tested, not how sharp it is."""
-    monkeypatch.setattr("ppinfer.report.figures._DPI", 40)
-
-
 def _write(tmp_path, posterior=None):
     path = tmp_path / "post.nc"
     write_posterior(make_posterior(outliers=True) if posterior is None else posterior, path)
     return path
 
 
-def test_the_page_holds_everything_and_asks_for_nothing(tmp_path):
+def test_the_page_holds_everything_and_asks_for_nothing(tmp_path, drawn_figures):
     report = write_report(_write(tmp_path), tmp_path / "report")
     text = report.page.read_text()
     page = Page(text)
@@ -82,7 +76,7 @@ def test_figures_are_files_as_well(tmp_path):
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in report.figures)
 
 
-def test_the_same_posterior_makes_the_same_page(tmp_path):
+def test_the_same_posterior_makes_the_same_page(tmp_path, drawn_figures):
     path = _write(tmp_path)
     one = write_report(path, tmp_path / "one", trials=["t0"]).page.read_bytes()
     two = write_report(path, tmp_path / "two", trials=["t0"]).page.read_bytes()

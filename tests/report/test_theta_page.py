@@ -7,26 +7,12 @@ from ppinfer.coordination import LiteralPersonality
 from ppinfer.errors import LogError
 from ppinfer.plots import mean_beliefs, read_beliefs
 from ppinfer.report import write_report
-from ppinfer.report.figures import png_of
 from ppinfer.report.rendering import number
 from ppinfer.studies.personality_inference import infer_log_personality
 from ppinfer.studies.theta_posterior import write_theta_posterior
 from ppinfer.testing.example_plays import example_planned_log
 
 from .pages import Page
-
-
-@pytest.fixture(autouse=True)
-def undrawn_figures(monkeypatch):
-    """Leave figures blank: drawing them takes longer than all else, and pictures have tests of their own."""
-    monkeypatch.setattr("ppinfer.report.play_figures.png_of", lambda figure: b"\x89PNG")
-
-
-@pytest.fixture
-def drawn_figures(undrawn_figures, monkeypatch):
-    """Draw figures after all, coarsely."""
-    monkeypatch.setattr("ppinfer.report.figures._DPI", 30)
-    monkeypatch.setattr("ppinfer.report.play_figures.png_of", png_of)
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,178 @@
+"""The page about any log: what was recorded, and where there are goals, the posterior that a model infers."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from ppinfer.errors import ImpossibleEvidenceError
+from ppinfer.report.facts import configuration_facts
+from ppinfer.report.goal_parts import (
+    ScoredPosterior,
+    calibration_parts,
+    headline_parts,
+    posterior_parts,
+    scored_posterior,
+)
+from ppinfer.report.log_figures import overview_figure, trial_paths_figure
+from ppinfer.report.options import HUMAN, NO_SEGMENTS, SEGMENT_OPTIONS, ReportOptions
+from ppinfer.report.parts import Contents, Draw, Part, sentence
+from ppinfer.report.sections.data_sheet import data_part, log_sheet
+from ppinfer.report.sections.faults import faults_part
+from ppinfer.report.sections.provenance import log_provenance, made_part
+from ppinfer.report.source import Source
+from ppinfer.report.trial_choice import ChosenTrial, named_trials, wanted_trials
+from ppinfer.report.written import PageWriter, WrittenReport
+from ppinfer.studies.infer import infer_posterior
+from ppinfer.studies.posterior import open_posterior
+from ppinfer.studies.storage import open_log
+
+_MAX_TRIALS = 3
+
+
+def write_log_page(source: Source, options: ReportOptions, writer: PageWriter) -> WrittenReport:
+    """Write the page about any log; see `ppinfer.report.write_report`."""
+    with open_log(source.path) as log:
+        wanted = wanted_trials(log, options.participants, options.exclude)
+        if "goal_position" not in log:
+            return _write_without_goals(source, options, writer, log, wanted)
+        agent = _whose_goals(log, options)
+        with _inferred(source, options, agent) as (posterior, impossible):
+            if posterior is None:
+                scored, parts = None, [sentence(impossible)]
+            else:
+                scored = scored_posterior(posterior, options)
+                parts = posterior_parts(scored, options, _note(source, options, agent, log))
+            contents = _contents(
+                source,
+                options,
+                log,
+                parts=parts,
+                scored=scored,
+                figures=[partial(overview_figure, log)],
+                impossible=impossible,
+            )
+            if scored is None:
+                return writer.write(contents)
+            return writer.write(
+                contents, trials=scored.shown, scores=scored.scores, calibration=scored.calibration
+            )
+
+
+def _write_without_goals(
+    source: Source, options: ReportOptions, writer: PageWriter, log: xr.Dataset, wanted: Any
+) -> WrittenReport:
+    options.refuse(source.given, SEGMENT_OPTIONS, NO_SEGMENTS)
+    options.refuse(
+        source.given, ("model", "parameters"), "choose{s} how goals are inferred, and this log has none"
+    )
+    chosen = _chosen(log, options, wanted)
+    contents = _contents(
+        source,
+        options,
+        log,
+        parts=[sentence(_why_no_posterior(log))],
+        scored=None,
+        figures=[partial(overview_figure, log), partial(trial_paths_figure, log, chosen)],
+    )
+    names = log["trial_id"].values
+    return writer.write(contents, trials=[str(names[each.index]) for each in chosen])
+
+
+def _contents(
+    source: Source,
+    options: ReportOptions,
+    log: xr.Dataset,
+    *,
+    parts: Sequence[Part],
+    scored: ScoredPosterior | None,
+    figures: Sequence[Draw],
+    impossible: str = "",
+) -> Contents:
+    agents = [str(name) for name in log["agent"].values]
+    who = agents[0] if len(agents) == 1 else f"{len(agents)} agents"
+    goals = f" among {log.sizes['goal']} goals" if "goal_position" in log else ""
+    model = [] if scored is None else configuration_facts(scored.posterior.attrs["configuration"])
+    return Contents(
+        title=str(log.attrs.get("title") or "A study log"),
+        lead=f"The log {source.given.name}: {who}{goals}, in {log.sizes['trial']:,} trials.",
+        headline=[] if scored is None else headline_parts(scored),
+        warnings=[*([impossible] if impossible else []), *([] if scored is None else scored.warnings)],
+        sections={
+            "data": [data_part(log_sheet(log), figures)],
+            "faults": [faults_part(source.checked, what="the log", notes=str(log.attrs.get("notes", "")))],
+            "posteriors": parts,
+            "calibration": [sentence("Nothing was inferred, so there is nothing to check.")]
+            if scored is None
+            else calibration_parts(scored),
+            "metrics": [sentence("No metrics.")],
+            "tests": [sentence("No tests.")],
+            "made": [
+                made_part(source, options, log_provenance(log), more=[("The posterior on this page", model)])
+            ],
+        },
+    )
+
+
+def _whose_goals(log: xr.Dataset, options: ReportOptions) -> str:
+    """Return whose goals are inferred: as asked, the human, or the agent with most segments."""
+    agents = [str(name) for name in log["agent"].values]
+    if options.human is not None or HUMAN in agents:
+        return options.human or HUMAN
+    if "segment_agent" not in log:
+        return agents[0]
+    moving = log["segment_agent"].values.astype(str)
+    return max(agents, key=lambda agent: int((moving == agent).sum()))
+
+
+@contextmanager
+def _inferred(source: Source, options: ReportOptions, agent: str) -> Iterator[tuple[xr.Dataset | None, str]]:
+    """Yield the posterior that a model infers of a log, in a file that goes again; or why there is none."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "posterior.nc")
+        try:
+            infer_posterior(source.path, path, options.goal_model(), agent=agent)
+        except ImpossibleEvidenceError as error:
+            yield None, f"the model rules every goal out, so nothing is inferred: {error}"
+            return
+        with open_posterior(path) as posterior:
+            posterior.attrs["input"] = source.given.name
+            yield posterior, ""
+
+
+def _note(source: Source, options: ReportOptions, agent: str, log: xr.Dataset) -> str:
+    model = options.goal_model().name
+    others = log.sizes["agent"] > 1 and options.human is None and HUMAN not in log["agent"].values
+    choose = " (the agent with most segments; --human says another)" if others else ""
+    return (
+        f"The log comes without a posterior over goals. That of {agent}{choose} was inferred for this page by {model}, "
+        f"{options.model_origin()} (ppinfer fit {source.given.name} --model {model} -o MODEL.toml, then --model "
+        "MODEL.toml)."
+        if options.model is None or "." not in options.model
+        else f"The log comes without a posterior over goals. That of {agent}{choose} was inferred for this page by "
+        f"{model}, {options.model_origin()}."
+    )
+
+
+def _why_no_posterior(log: xr.Dataset) -> str:
+    if "replan_row_size" in log:
+        return (
+            "The log has replans and no goals. Who is the robot and who the human of them, --robot and --human say; or "
+            "see the posterior over theta (ppinfer infer --model personality)."
+        )
+    return "The log has no goals, so nothing is inferred."
+
+
+def _chosen(log: xr.Dataset, options: ReportOptions, wanted: Any) -> tuple[ChosenTrial, ...]:
+    if options.trials is not None:
+        return tuple(named_trials(log, options.trials))
+    among = np.flatnonzero(wanted)
+    places = np.unique(np.linspace(0, len(among) - 1, min(_MAX_TRIALS, len(among))).astype(int))
+    return tuple(ChosenTrial(int(among[place]), "chosen by their places in the file") for place in places)

@@ -1,0 +1,1 @@
+"""The sections that all pages have, a module each."""

@@ -1,0 +1,19 @@
+"""Figures are left blank unless a test asks for them: drawing takes longer than all else, and pictures have tests."""
+
+import pytest
+from matplotlib.figure import Figure
+
+_SAVE = Figure.savefig
+
+
+@pytest.fixture(autouse=True)
+def undrawn_figures(monkeypatch):
+    """Write the first bytes of a PNG in place of every figure."""
+    monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: file.write(b"\x89PNG"))
+
+
+@pytest.fixture
+def drawn_figures(undrawn_figures, monkeypatch):
+    """Draw figures after all, coarsely."""
+    monkeypatch.setattr(Figure, "savefig", _SAVE)
+    monkeypatch.setattr("ppinfer.report.figures._DPI", 30)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ppinfer.errors import LogError
 from ppinfer.plots.dot_rows import shortened
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import FAINT, INK, MUTED, goal_colour, goal_dashes, quiet
 from ppinfer.plots.replan_beliefs import SHARES, MeanBelief
 
@@ -19,6 +20,7 @@ _COLUMNS = 3
 _LONG_NAME = 14
 
 
+@draws_plain_text
 def plot_belief_by_human(
     beliefs: Sequence[MeanBelief], *, axes: Sequence[Axes] | None = None
 ) -> tuple[Axes, ...]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import FAINT, HUMAN_COLOUR, INK, MUTED, ROBOT_COLOUR, WARNING, new_axes
 from ppinfer.plots.risk_map import draw_mover, nominal_modes
 from ppinfer.plots.workspace import draw_goals, plane
@@ -21,6 +22,7 @@ _LIKELY = 0.05
 _INSTANTS = 4
 
 
+@draws_plain_text
 def plot_candidates(
     paths: CandidatePaths,
     *,

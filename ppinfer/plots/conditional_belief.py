@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ppinfer.errors import LogError
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import (
     FAINT,
     INK,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 _BELOW, _ABOVE, _HEIGHT = -0.14, 1.07, 0.07
 
 
+@draws_plain_text
 def plot_conditional_belief(
     interaction: Interaction, *, title: str | None = None, figure: Figure | None = None
 ) -> tuple[Axes, ...]:

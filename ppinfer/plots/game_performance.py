@@ -9,6 +9,7 @@ import numpy as np
 
 from ppinfer.errors import LogError
 from ppinfer.plots.dot_rows import DotSeries, draw_dot_rows, panels, shortened
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import GOAL_COLOURS, INK
 
 if TYPE_CHECKING:
@@ -27,6 +28,7 @@ _MAIN = ("score", "collisions", "first_score_s")
 _MARKERS = "osD^vP"
 
 
+@draws_plain_text
 def plot_game_performance(
     cells: Sequence[Mapping[str, Any]],
     *,

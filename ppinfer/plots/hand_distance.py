@@ -9,6 +9,7 @@ import xarray as xr
 
 from ppinfer.distributions.ragged import row_starts
 from ppinfer.errors import LogError
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import FAINT, INK, WARNING, new_axes, quiet
 from ppinfer.plots.trial_data import trial_index
 
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+@draws_plain_text
 def plot_hand_distance(
     log: xr.Dataset,
     trial: str | int,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import GOAL_COLOURS, INK, MUTED, quiet
 
 if TYPE_CHECKING:
@@ -31,6 +32,7 @@ _LEVELS = {
 _LABELS = 4
 
 
+@draws_plain_text
 def plot_learning_curve(rows: Sequence[LearningRow], *, axes: Sequence[Axes] | None = None) -> Axes:
     """Draw error, log probability and calibration of networks against the number of examples they were trained on.
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ppinfer.errors import LogError
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import FAINT, INK, MUTED, new_axes, quiet
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ _ROW = 0.27
 _MOST_NAMED = 11
 
 
+@draws_plain_text
 def plot_likert(
     survey: Survey,
     items: Sequence[str] | None = None,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import FAINT, INK, MUTED, WARNING, goal_colour, goal_dashes, new_axes, quiet
 from ppinfer.plots.trial_data import TrialData, read_trial
 
@@ -17,6 +18,7 @@ _STRIP = -0.075
 _STRIP_HEIGHT = 0.045
 
 
+@draws_plain_text
 def plot_posterior_over_time(posterior: xr.Dataset, trial: str | int, *, ax: Axes | None = None) -> Axes:
     """Draw each goal's probability over the time of a trial.
 
@@ -53,6 +55,7 @@ def plot_posterior_over_time(posterior: xr.Dataset, trial: str | int, *, ax: Axe
     return draw_posterior_over_time(read_trial(posterior, trial), ax=ax)
 
 
+@draws_plain_text
 def draw_posterior_over_time(data: TrialData, *, ax: Axes | None = None) -> Axes:
     """Draw a trial that was already read; see `plot_posterior_over_time`."""
     from matplotlib.patches import Rectangle

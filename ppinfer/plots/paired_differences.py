@@ -16,12 +16,14 @@ from ppinfer.plots.dot_rows import (
     panels,
     plan_set_style,
 )
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+@draws_plain_text
 def plot_paired_differences(
     differences: Sequence[Mapping[str, Any]],
     against: str = "norm",

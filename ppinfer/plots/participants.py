@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import FAINT, GOAL_COLOURS, INK, MUTED, new_axes, quiet
 from ppinfer.plots.score_curves import SCORE_LABELS, ScoreField
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 MAX_NAMED = 40
 
 
+@draws_plain_text
 def plot_participants(
     scores: Sequence[ParticipantScore], field: ScoreField = "accuracy", *, ax: Axes | None = None
 ) -> Axes:

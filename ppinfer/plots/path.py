@@ -9,6 +9,7 @@ import xarray as xr
 from jaxtyping import Float, Int
 
 from ppinfer.errors import LogError
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import FAINT, INK, MUTED, goal_colour, new_axes, quiet
 from ppinfer.plots.trial_data import TrialData, read_trial
 
@@ -19,6 +20,7 @@ _TRUE_GOAL_SIZE = 190
 _MAX_NAMED_PLACES = 8
 
 
+@draws_plain_text
 def plot_path(posterior: xr.Dataset, trial: str | int, *, ax: Axes | None = None) -> Axes:
     """Draw the path of a trial in the plane, each sample in the colour of the goal believed most.
 
@@ -56,6 +58,7 @@ def plot_path(posterior: xr.Dataset, trial: str | int, *, ax: Axes | None = None
     return draw_path(read_trial(posterior, trial), ax=ax, space=tuple(map(str, posterior["space"].values)))
 
 
+@draws_plain_text
 def draw_path(data: TrialData, *, space: tuple[str, ...] = ("x", "y"), ax: Axes | None = None) -> Axes:
     """Draw a trial that was already read; see `plot_path`."""
     if data.position.shape[1] < 2:

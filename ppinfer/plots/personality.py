@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float
 
 from ppinfer.distributions.ragged import row_starts
 from ppinfer.errors import LogError
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import INK, MUTED, WARNING, goal_colour, new_axes, quiet
 from ppinfer.plots.replan_beliefs import belief_variable, controllers
 from ppinfer.plots.trial_data import trial_index
@@ -55,6 +56,7 @@ class PersonalityTrial:
         return float(max(self.replan_time.max(initial=0.0), self.time.max(initial=0.0)))
 
 
+@draws_plain_text
 def plot_personality(
     dataset: xr.Dataset,
     trial: str | int,
@@ -140,6 +142,7 @@ def read_personality_trial(
     )
 
 
+@draws_plain_text
 def draw_personality(data: PersonalityTrial, *, ax: Axes | None = None) -> Axes:
     """Draw a trial that was already read; see `plot_personality`."""
     ax = ax if ax is not None else new_axes(6.4, 2.8)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import FAINT, GOAL_COLOURS, INK, MUTED, new_axes, quiet
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from ppinfer.studies.calibration import Reliability
 
 
+@draws_plain_text
 def plot_reliability(
     reliability: Reliability, *, prediction: str = "the most probable goal", ax: Axes | None = None
 ) -> Axes:

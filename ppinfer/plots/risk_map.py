@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import FAINT, HUMAN_COLOUR, INK, ROBOT_COLOUR, WARNING, new_axes
 from ppinfer.plots.workspace import draw_goals, plane
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 _EPS = 0.05
 
 
+@draws_plain_text
 def plot_risk_map(
     risk: RiskMap,
     *,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.palette import GOAL_COLOURS, INK, MUTED, new_axes, quiet
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ SCORE_LABELS: dict[str, str] = {
 }
 
 
+@draws_plain_text
 def plot_score_over_share(
     scores: Sequence[Score],
     field: ScoreField = "accuracy",

@@ -16,6 +16,7 @@ from ppinfer.plots.dot_rows import (
     panels,
     series_by_plan_sets,
 )
+from ppinfer.plots.labels import draws_plain_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,6 +28,7 @@ Whiskers = Literal["sem", "95%"]
 _REACH = {"sem": 1.0, "95%": 1.959964}
 
 
+@draws_plain_text
 def plot_task_performance(
     performance: TaskPerformance,
     *,
@@ -70,6 +72,7 @@ def plot_task_performance(
     return _draw(performance.pooled(), "robot", metrics, whiskers, axes)
 
 
+@draws_plain_text
 def plot_against_personalities(
     performance: TaskPerformance,
     robot: str,

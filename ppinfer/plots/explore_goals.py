@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 _PROBABILITIES = (0.0, 0.001, 0.01, 0.05, 0.1, 0.2, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999, 1.0)
 _DECADES = 3
+# what a `GoalLQR` takes from its agent, where it was given one
+_OF_THE_AGENT = ("control_weight", "rationality")
 # area of a goal that is certain, and of one that is ruled out (points^2)
 _CERTAIN, _RULED_OUT = 420.0, 25.0
 
@@ -83,6 +85,13 @@ def explore_goals(
             f"explore_goals: {model.name} has no parameter {unknown[0]!r} to move; it has "
             f"{', '.join(model.fitted) or 'none'}"
         )
+    if getattr(model, "agent", None) is not None:
+        fixed = [name for name in parameters if name in _OF_THE_AGENT]
+        if fixed:
+            raise PPInferError(
+                f"explore_goals: this {model.name} has an agent of its own, whose {fixed[0]} cannot be moved; give the "
+                "model its parameters instead, or leave them out of `parameters`"
+            )
     one = select_trials(log, np.array([trial_index(log, trial)]))
 
     def read(**values: float) -> TrialData:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from ppinfer.errors import PPInferError
+from ppinfer.guarding import start_early
 
 COMMANDS = (
     "convert",
@@ -61,6 +62,8 @@ def run_command(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> 
     args = parser.parse_args(argv)
     prefix = f"{parser.prog} {args.command}"
     try:
+        # the process that reads files from elsewhere gets ready while the command loads what it needs
+        start_early(*_values(args))
         status: int = args.run(args)
     except BrokenPipeError:
         # the reader of our output has gone (for example `| head`); Python must not complain at exit
@@ -75,6 +78,13 @@ def run_command(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> 
         print(f"{prefix}: {describe(error)}", file=sys.stderr)
         return 1
     return status
+
+
+def _values(args: argparse.Namespace) -> list[object]:
+    given: list[object] = []
+    for value in vars(args).values():
+        given.extend(value if isinstance(value, list | tuple) else [value])
+    return given
 
 
 def describe(error: Exception) -> str:

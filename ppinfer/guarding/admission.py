@@ -1,4 +1,4 @@
-"""Before a file from elsewhere is opened here: has the helper process read it to its end?"""
+"""Before a file from elsewhere is opened here, the helper process reads it to its end."""
 
 from __future__ import annotations
 

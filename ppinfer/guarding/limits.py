@@ -44,7 +44,8 @@ class _Settings:
     memory: int | None = None
 
 
-_SETTINGS: ContextVar[_Settings] = ContextVar("ppinfer_guard", default=_Settings())
+_NONE = _Settings()
+_SETTINGS: ContextVar[_Settings] = ContextVar("ppinfer_guard", default=_NONE)
 
 
 def limits_for(size: int) -> Limits:

@@ -219,6 +219,6 @@ def _walk(dataset: xr.Dataset) -> None:
 def _refuse_large(path: str, log: xr.Dataset, limits: Limits) -> None:
     if log.nbytes > limits.memory:
         raise LogError(
-            f"{path}: unpacks to {told_bytes(log.nbytes)}, more than the {told_bytes(limits.memory)} that a file of its "
-            "size may: " + how_to_allow_more("MEMORY", f"{(2 * log.nbytes >> 30) + 1}G")
+            f"{path}: unpacks to {told_bytes(log.nbytes)}, more than the {told_bytes(limits.memory)} that a file of "
+            "its size may: " + how_to_allow_more("MEMORY", f"{(2 * log.nbytes >> 30) + 1}G")
         )

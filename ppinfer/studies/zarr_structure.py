@@ -69,8 +69,8 @@ def check_zarr(path: Path, limits: Limits) -> None:
         claimed, chunks = claimed + size, chunks + parts
     if claimed > limits.memory:
         raise LogError(
-            f"{path}: claims {told_bytes(claimed)}, more than the {told_bytes(limits.memory)} that a store of its size may "
-            "unpack to: " + how_to_allow_more("MEMORY", f"{(2 * claimed >> 30) + 1}G")
+            f"{path}: claims {told_bytes(claimed)}, more than the {told_bytes(limits.memory)} that a store of its size "
+            "may unpack to: " + how_to_allow_more("MEMORY", f"{(2 * claimed >> 30) + 1}G")
         )
     if chunks > MOST_CHUNKS:
         raise LogError(

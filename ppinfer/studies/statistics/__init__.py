@@ -4,8 +4,8 @@ from ppinfer.studies.statistics.analysis import Analysis, analyse
 from ppinfer.studies.statistics.anova import Effect, repeated_measures_anova
 from ppinfer.studies.statistics.bayes_factors import log_bayes_factor
 from ppinfer.studies.statistics.measures import RepeatedMeasures
-from ppinfer.studies.statistics.posthoc import PairwiseTest, pairwise_tests
 from ppinfer.studies.statistics.posterior_differences import credible_interval
+from ppinfer.studies.statistics.posthoc import PairwiseTest, pairwise_tests
 from ppinfer.studies.statistics.printed import as_printed
 from ppinfer.studies.statistics.reading import read_measures
 from ppinfer.studies.statistics.sphericity import Sphericity, sphericity

@@ -30,7 +30,7 @@ from ppinfer.errors import LogError
 PRIOR_SCALE = math.sqrt(0.5)
 """The scale r of the standardised effect: the "medium" default of Bayesian t-tests, about 0.707."""
 
-_NODES = 4001
+_NODES = 1001
 _NEGLIGIBLE = 60.0
 
 

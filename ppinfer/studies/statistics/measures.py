@@ -132,9 +132,8 @@ class RepeatedMeasures:
             empty = cls(dv, blank, names, tuple(factors), levels, source)
             if repeated == "refuse":
                 empty._refuse_repeated(cells, np.flatnonzero(counts > 1), lines)
-            notes = (
-                f"{dv!r}: {int((counts > 1).sum())} cells are means of several rows (up to {counts.max()})",
-            )
+            several = int((counts > 1).sum())
+            notes = (f"{dv!r}: mean of several rows taken in {several} cells (up to {counts.max()} rows)",)
         there = np.isfinite(values)
         number = np.bincount(cells[there], minlength=len(counts))
         total = np.bincount(cells[there], weights=values[there], minlength=len(counts))
@@ -238,7 +237,7 @@ class RepeatedMeasures:
     def _refuse_repeated(
         self, cells: Int[np.ndarray, " row"], repeated: Int[np.ndarray, " cell"], lines: Sequence[int] | None
     ) -> None:
-        counted = "row" if lines is None else "line"
+        counted = "row" if lines is None or self.source.endswith((".parquet", ".pq")) else "line"
         numbers = np.arange(1, len(cells) + 1) if lines is None else np.asarray(lines)
         faults = Faults()
 

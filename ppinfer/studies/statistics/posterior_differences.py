@@ -17,8 +17,8 @@ from jaxtyping import Float
 
 from ppinfer.studies.statistics.bayes_factors import PRIOR_SCALE, mixture
 
-# of the 4001 nodes of the Bayes factor: quantiles need no more
-_EVERY = 8
+# of the nodes of the Bayes factor: quantiles need no more
+_EVERY = 4
 
 
 def credible_interval(

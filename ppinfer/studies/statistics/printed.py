@@ -1,4 +1,4 @@
-"""Numbers as papers print them: is what a paper prints the number rounded, cut off, or another one?"""
+"""Numbers as papers print them: rounded, cut off, or another number altogether."""
 
 from __future__ import annotations
 

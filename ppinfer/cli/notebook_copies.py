@@ -8,6 +8,7 @@ import sysconfig
 import tomllib
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from typing import Any, Literal
@@ -123,7 +124,7 @@ def as_ipynb(source: Path, notebooks: tuple[Notebook, ...]) -> bytes:
         Where Jupytext is not installed.
     """
     try:
-        import jupytext
+        jupytext = import_module("jupytext")
     except ImportError as error:
         raise PPInferError(MISSING) from error
     notebook = jupytext.read(source)

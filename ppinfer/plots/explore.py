@@ -70,7 +70,7 @@ class Explorer:
                     f"{control!r}"
                 )
         self.figure: Figure = Figure(figsize=figsize, dpi=_DPI, layout="constrained")
-        self._canvas = FigureCanvasAgg(self.figure)
+        self._canvas: Any = FigureCanvasAgg(self.figure)
         self.axes: tuple[Axes, ...] = tuple(
             self.figure.subplots(1, len(widths), width_ratios=widths, squeeze=False)[0]
         )
@@ -85,7 +85,7 @@ class Explorer:
             control.observe(self._moved, names="value")
         self._redraw()
         # the place of everything is settled once: what moves is what the sliders move, and that is twice as fast
-        self._canvas.draw()
+        self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")
 
     @property

@@ -94,8 +94,10 @@ def explore_goals(
             )
     one = select_trials(log, np.array([trial_index(log, trial)]))
 
+    begun: Any = model  # a dataclass, like every model that is fitted
+
     def read(**values: float) -> TrialData:
-        return read_trial(infer_log(one, replace(model, **values), agent=agent), 0)
+        return read_trial(infer_log(one, replace(begun, **values), agent=agent), 0)
 
     first = read()
     widgets = require_widgets()
@@ -155,7 +157,9 @@ def _draw_place(ax: Axes, data: TrialData, now: int, bounds: Float[np.ndarray, "
         if np.isnan(place).any():
             continue
         size = _RULED_OUT + (_CERTAIN - _RULED_OUT) * probability
-        ax.scatter(*place, marker="D", s=size, color=goal_colour(goal), edgecolors="white", zorder=4)
+        ax.scatter(
+            place[0], place[1], marker="D", s=size, color=goal_colour(goal), edgecolors="white", zorder=4
+        )
         text = ax.annotate(
             f"{data.goals[goal]}: {probability:.2f}",
             tuple(place),

@@ -112,7 +112,7 @@ def on_show(trial):
     return explore_goals(LOG, trial, MODEL)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(
     rationality=st.floats(1e-4, 1.0),
     stay=st.sampled_from((0.5, 0.9, 0.98, 1.0)),

@@ -162,6 +162,8 @@ def _with_provenance(analysis: Analysis, args: argparse.Namespace, prior_scale: 
             "missing": args.missing,
             "repeated": args.repeated,
             "prior_scale": prior_scale,
+            "delimiter": args.delimiter,
+            "decimal": args.decimal,
         },
         "warnings": list(analysis.warnings),
     }

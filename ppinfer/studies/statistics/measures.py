@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -120,6 +120,7 @@ class RepeatedMeasures:
         array([[ 3.,  4.],
                [ 2., nan]])
         """
+        check_choice("repeated", repeated, get_args(Repeated))
         names, rows_of_subject = _codes(subjects)
         coded = [_codes(column) for column in factors.values()]
         levels = tuple(labels for labels, _ in coded)
@@ -181,6 +182,7 @@ class RepeatedMeasures:
         >>> scores.complete("drop-subjects").notes
         ("'score': 1 of 3 subjects dropped for missing cells: 'bob'",)
         """
+        check_choice("missing", missing, get_args(Missing))
         gaps = np.isnan(self.values)
         if not gaps.any():
             return self._large_enough("")
@@ -264,6 +266,22 @@ class RepeatedMeasures:
 
     def _where(self) -> str:
         return f"{self.source}: {self.dv!r}" if self.source else repr(self.dv)
+
+
+def check_choice(name: str, value: str, choices: Sequence[str]) -> None:
+    """Refuse a choice that there is not, which would else be taken for another.
+
+    Raises
+    ------
+    LogError
+        Naming the choices that there are.
+
+    Examples
+    --------
+    >>> check_choice("missing", "refuse", ["refuse", "drop-subjects"])
+    """
+    if value not in choices:
+        raise LogError(f"{name} is {value!r}; expected one of {_listed(choices)}")
 
 
 def _codes(labels: Sequence[str]) -> tuple[tuple[str, ...], Int[np.ndarray, " row"]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import asdict, dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -13,7 +13,7 @@ from jaxtyping import Float
 from ppinfer.studies.statistics.anova import NAN, exponential, finite_or_none
 from ppinfer.studies.statistics.bayes_factors import PRIOR_SCALE, check_prior_scale, log_bayes_factor
 from ppinfer.studies.statistics.contrasts import marginal_values
-from ppinfer.studies.statistics.measures import RepeatedMeasures
+from ppinfer.studies.statistics.measures import RepeatedMeasures, check_choice
 from ppinfer.studies.statistics.posterior_differences import credible_interval
 
 Adjustment = Literal["bonferroni", "holm"]
@@ -116,6 +116,7 @@ def pairwise_tests(
     from scipy.stats import t as student
     from statsmodels.stats.multitest import multipletests
 
+    check_choice("the adjustment", adjust, get_args(Adjustment))
     check_prior_scale(prior_scale)
     measures = measures.complete()
     n = len(measures.subjects)

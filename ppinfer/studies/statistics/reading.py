@@ -77,8 +77,9 @@ def read_measures(
     factors = {factor: _names(table, factor, faults) for factor in within}
     columns = {dv: table.numbers(dv, faults) for dv in dvs}
     faults.raise_if_any(path.name)
-    counts = np.unique(np.array([subjects, *factors.values()]), axis=1, return_counts=True)[1]
-    lines = table.lines.tolist() if (counts > 1).any() else None
+    # lines take another look at the file, so they are only asked for where a message will name them
+    several = len(set(zip(subjects, *factors.values(), strict=True))) < len(subjects)
+    lines = table.lines.tolist() if several else None
     return [
         RepeatedMeasures.from_columns(
             dv, values, subjects, factors, repeated=repeated, source=path.name, lines=lines

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from ppinfer.errors import LogError
 from ppinfer.studies.faults import FaultyLogError
 from ppinfer.studies.statistics import RepeatedMeasures, analyse
+from ppinfer.studies.statistics.measures import check_choice
 
 GAPS = RepeatedMeasures(
     "score",
@@ -111,3 +112,10 @@ def test_what_does_not_fit_together_is_refused(change, message):
     fields = {name: getattr(GAPS, name) for name in ("dv", "values", "subjects", "factors", "levels")}
     with pytest.raises(LogError, match=message):
         RepeatedMeasures(**{**fields, **change})
+
+
+def test_a_choice_that_there_is_not_is_refused_by_name():
+    with pytest.raises(
+        LogError, match="missing is 'drop'; expected one of 'refuse', 'drop-subjects', 'drop-levels'"
+    ):
+        check_choice("missing", "drop", ["refuse", "drop-subjects", "drop-levels"])

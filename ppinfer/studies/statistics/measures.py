@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
@@ -295,6 +296,6 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _refuse_twice(kind: str, names: Sequence[str]) -> None:
-    twice = [name for name in dict.fromkeys(names) if list(names).count(name) > 1]
-    if twice:
-        raise LogError(f"{kind} {twice[0]!r} is named {list(names).count(twice[0])} times; names are unique")
+    for name, count in Counter(names).most_common(1):
+        if count > 1:
+            raise LogError(f"{kind} {name!r} is named {count} times; names are unique")

@@ -20,26 +20,36 @@ class PPInferError(Exception):
     """
 
     def __str__(self) -> str:
-        # messages quote what files hold, and are shown on terminals
-        return printable(super().__str__())
+        # messages quote what files hold, and are shown on terminals: one line, of bounded length
+        text = printable(super().__str__())
+        return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 500]} ... {text[-500:]}"
 
 
-def printable(text: str) -> str:
+_LONGEST = 2500
+
+
+def printable(text: str, *, keep: str = "") -> str:
     r"""Return a text with everything escaped that would act on a terminal instead of being shown.
 
-    Control characters, what changes the direction of writing, and lone surrogates are written as Python writes them;
-    line ends stay.
+    Control characters and line ends, what changes the direction of writing, and lone surrogates are written as Python
+    writes them.
+
+    Parameters
+    ----------
+    text
+        Any text.
+    keep
+        Characters that stay as they are, e.g. line ends.
 
     Examples
     --------
     >>> print(printable("p1 \x1b[31m \u202e, \n and é"))
-    p1 \x1b[31m \u202e,
-     and é
+    p1 \x1b[31m \u202e, \n and é
     """
     if text.isprintable():
         return text
     return "".join(
-        letter if letter.isprintable() or letter == "\n" else repr(letter)[1:-1] for letter in text
+        letter if letter.isprintable() or letter in keep else repr(letter)[1:-1] for letter in text
     )
 
 

@@ -40,7 +40,7 @@ def label(text: object, *, most: int = _MOST_ON_AXIS) -> str:
     >>> print(label("cup\t1"), label("robot " * 20, most=16))
     cup\t1 robot robo…robot
     """
-    shown = printable(str(text))
+    shown = printable(str(text), keep="\n")
     if any(ord(letter) >= _ALWAYS for letter in shown):
         known = _known_letters(_fonts_in_use())
         shown = "".join(letter if ord(letter) in known else _escaped(letter) for letter in shown)

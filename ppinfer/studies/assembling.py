@@ -282,6 +282,13 @@ def _number(name: str, value: Values, kind: str) -> Shaped[np.ndarray, "*_"]:
         raise LogError(f"{name}: expected {kind} values, got values of type {array.dtype}")
     if kind != "float64" and array.dtype.kind == "f" and not np.array_equal(array, np.trunc(array)):
         raise LogError(f"{name}: expected whole numbers, got fractions")
+    if (
+        kind == "int64"
+        and array.dtype.kind in "fu"
+        and array.size
+        and not (np.abs(array.astype(float)) < 2.0**63).all()
+    ):
+        raise LogError(f"{name}: expected whole numbers, got {array.ravel()[np.abs(array.ravel()).argmax()]}")
     if array.size and kind == "int8" and (array.min() < 0 or array.max() > 1):
         raise LogError(f"{name}: expected 0 or 1, got values from {array.min()} to {array.max()}")
     return array.astype(kind, copy=False)

@@ -198,25 +198,6 @@ class Report:
             dict(told["sizes"]),
         )
 
-    @classmethod
-    def from_json(cls, told: Mapping[str, Any]) -> Report:
-        """Return the report that `to_json` told.
-
-        Examples
-        --------
-        >>> report = Report.of("log.nc", Faults([Fault("empty", "there are no rows")]), Faults())
-        >>> Report.from_json(report.to_json()) == report
-        True
-        """
-        return cls(
-            told["source"],
-            tuple(Fault(**fault) for fault in told["faults"]),
-            tuple(Fault(**fault) for fault in told["warnings"]),
-            dict(told["fault_counts"]),
-            dict(told["warning_counts"]),
-            dict(told["sizes"]),
-        )
-
     @property
     def ok(self) -> bool:
         """Whether the log is sound (it may still have warnings)."""

@@ -10,8 +10,7 @@ from ppinfer import guarding
 from ppinfer.errors import LogError
 from ppinfer.studies.faults import Fault, Faults, FaultyLogError, Report
 from ppinfer.studies.progress import ProgressCallback, silent
-from ppinfer.studies.recording import is_recording, load_recording
-from ppinfer.studies.recording_lines import log_of_recording
+from ppinfer.studies.recording import is_recording, joined, load_recording
 from ppinfer.studies.storage import stated_format, stated_hypothesis
 from ppinfer.studies.validation import validate_log
 
@@ -62,7 +61,7 @@ def _recording_report(source: Path, progress: ProgressCallback) -> Report:
             )
         if not recording.trials:
             raise LogError(f"{source}: holds no whole trial")
-        log = log_of_recording(recording.header, recording.trials)
+        log = joined(recording, source)
     except FaultyLogError as error:
         faults = Faults(error.faults)
         faults.counts.update({kind: count - faults.counts[kind] for kind, count in error.counts.items()})

@@ -154,7 +154,8 @@ class ExampleWriter:
                 array = self._group[name]
                 array.resize((stop, *array.shape[1:]))
                 array[start:stop] = np.asarray(values[name], dtype=dtype)
-            self._group.attrs["complete"] = stop
+            told = {**dict(self._group.attrs), "complete": stop}
+            self._group.attrs.update({"complete": stop, "checksum": _checksum(told)})
         except OSError as error:
             raise LogError(f"{self.path}: cannot be written: {error.strerror or error}") from error
         self.complete = stop
@@ -188,6 +189,8 @@ class ExampleStore:
                     f"{self.path}: is no store of prediction examples of version {VERSION} (it says "
                     f"{told.get('ppinfer_format')!r}); make one with 'ppsim examples'"
                 )
+            if told.get("checksum", _checksum(told)) != _checksum(told):
+                raise ValueError("what it says of its examples does not match its checksum")
             header: Mapping[str, Any] = told["header"]
             self.header = ExampleHeader(**{**header, "kinds": tuple(header["kinds"])})
             self._arrays = {name: self._group[name] for name in _DTYPES}
@@ -252,12 +255,20 @@ def _new_store(path: Path, header: ExampleHeader) -> Any:
                 compressors=[ZstdCodec(level=3), Crc32cCodec()],
                 dimension_names=["example", *(f"{name}_{axis}" for axis in range(len(shape)))],
             )
-        group.attrs.update(
-            {"ppinfer_format": FORMAT, "version": VERSION, "header": _plain(header), "complete": 0}
-        )
+        told = {"ppinfer_format": FORMAT, "version": VERSION, "header": _plain(header), "complete": 0}
+        group.attrs.update({**told, "checksum": _checksum(told)})
     except OSError as error:
         raise LogError(f"{path}: cannot be written: {error.strerror or error}") from error
     return group
+
+
+def _checksum(told: Mapping[str, Any]) -> str:
+    """Return the CRC-32 of what a store says of its examples; the examples have checksums of their own."""
+    import json
+    import zlib
+
+    said = json.dumps([told.get("header"), told.get("complete")], sort_keys=True)
+    return f"{zlib.crc32(said.encode()):08x}"
 
 
 def _plain(header: ExampleHeader) -> dict[str, Any]:

@@ -6,6 +6,7 @@ The first line describes the study; every line carries the CRC-32 of the rest of
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import TracebackType
@@ -296,9 +297,23 @@ def read_recording(path: str | os.PathLike[str]) -> xr.Dataset:
     if not recording.trials:
         raise LogError(f"{path}: holds no whole trial")
     notes = f"{Path(path).name}: {recording.dropped}" if recording.dropped else ""
-    return log_of_recording(
-        recording.header, recording.trials, {"source_sha256": file_sha256(path), "notes": notes}
-    )
+    return joined(recording, path, {"source_sha256": file_sha256(path), "notes": notes})
+
+
+def joined(
+    recording: Recording, path: str | os.PathLike[str], attrs: Mapping[str, str] | None = None
+) -> xr.Dataset:
+    """Return the log of the trials that were loaded from a file.
+
+    Raises
+    ------
+    LogError
+        If the trials do not fit together, each of which fits the header: some lack a variable, for example.
+    """
+    try:
+        return log_of_recording(recording.header, recording.trials, attrs)
+    except _DAMAGE as error:
+        raise LogError(f"{path}: its trials do not fit together: {error}") from error
 
 
 def is_recording(path: Path) -> bool:

@@ -170,12 +170,19 @@ def written(dataset: xr.Dataset, target: Path) -> dict[str, bytes]:
             dataset = _with(dataset, {str(name): variable.astype(str).astype(object)})
     if target.suffix == ".h5":
         # what NetCDF does not allow is written, too: named so, it is no cause for a warning
-        dataset.to_netcdf(target, engine="h5netcdf", invalid_netcdf=True)
+        text: dict[Any, Any] = {
+            # left alone, xarray guesses that no text is numbers, and says what stands for a number that is not there
+            name: {"dtype": str} if variable.dtype.kind == "O" and not variable.size else {"_FillValue": None}
+            for name, variable in dataset.variables.items()
+        }
+        dataset.to_netcdf(target, engine="h5netcdf", invalid_netcdf=True, encoding=text)
         return {"": target.read_bytes()}
     for name, variable in list(dataset.variables.items()):
         if variable.dtype.kind == "O":
-            text = xr.Variable(variable.dims, variable.values.astype(np.dtypes.StringDType()), variable.attrs)
-            dataset = _with(dataset, {str(name): text})
+            words = xr.Variable(
+                variable.dims, variable.values.astype(np.dtypes.StringDType()), variable.attrs
+            )
+            dataset = _with(dataset, {str(name): words})
     dataset.to_zarr(target, mode="w-", zarr_format=3, consolidated=False)
     return {
         item.relative_to(target).as_posix(): item.read_bytes()

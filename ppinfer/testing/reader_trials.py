@@ -17,6 +17,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from ppinfer.guarding.limits import Limits, obey
+
 _PATIENCE = 6
 """A child that waits instead of working is given up after so many times the CPU seconds it may take."""
 
@@ -163,6 +165,8 @@ def _work(
             os.dup2(printed.fileno(), descriptor)
         sys.stdout, sys.stderr = os.fdopen(1, "w", closefd=False), os.fdopen(2, "w", closefd=False)
         warnings.simplefilter("error")
+        # this process has limits already: no other is to read the files first
+        obey(Limits(bounds.seconds, bounds.memory))
         try:
             prepare()
         except BaseException as error:

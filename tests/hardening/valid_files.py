@@ -285,7 +285,8 @@ def same_log_of_a_table(one: Any, other: Any) -> bool:
     """Return whether two logs say the same, but for the digest of their sources."""
     from ppinfer.testing.reader_laws import same_content
 
-    return same_content(one, other)
+    # a folder is called as its input is numbered
+    return same_content(one.assign_attrs(source=""), other.assign_attrs(source=""))
 
 
 def _reaching_study(folder: Path) -> None:

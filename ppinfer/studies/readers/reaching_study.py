@@ -349,7 +349,7 @@ def _trial(game: _Game, kept: Sequence[str], objectives: Sequence[str], segments
 
 
 def _has_velocity(trials: Sequence[Trial], index: int, agent: str, notes: Faults) -> bool:
-    moved = any((np.diff(trial.position[:, index], axis=0) != 0).any() for trial in trials)
+    moved = any((trial.position[1:, index] != trial.position[:-1, index]).any() for trial in trials)
     logged = any((trial.velocity[:, index] != 0).any() for trial in trials if trial.velocity is not None)
     if moved and not logged:
         notes.add(

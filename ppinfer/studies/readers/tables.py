@@ -88,7 +88,8 @@ class Table:
 
         kind = self.columns[column].type
         if pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind):
-            values = self.columns[column].cast(pa.float64()).to_numpy()
+            # whole numbers beyond 2^53 are rounded, as they are where a CSV file says them
+            values = self.columns[column].cast(pa.float64(), safe=False).to_numpy()
             bad = np.isinf(values)
             cells = self.columns[column]
         else:

@@ -18,6 +18,7 @@ _EPILOG = """\
 examples:
   ppinfer notebooks
   ppinfer notebooks my-notebooks --copy-only
+  ppinfer notebooks --no-browser --lab-options --port 8899
 """
 
 
@@ -46,6 +47,13 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         help="start JupyterLab, and open no browser: it prints the address",
     )
     parser.add_argument("--force", action="store_true", help="replace copies that you changed")
+    parser.add_argument(
+        "--lab-options",
+        nargs=argparse.REMAINDER,
+        default=[],
+        metavar="OPTION",
+        help="all that follows is handed to JupyterLab, e.g. --port 8899",
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object about what was copied")
     parser.set_defaults(run=run)
 
@@ -95,7 +103,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     # a start that waits for a browser is not to hold back what was printed
     sys.stdout.flush()
-    return _start(args.folder, browser=not args.no_browser)
+    return _start(args.folder, [*(["--no-browser"] if args.no_browser else []), *args.lab_options])
 
 
 def _installed(module: str) -> bool:
@@ -104,13 +112,13 @@ def _installed(module: str) -> bool:
     return find_spec(module) is not None
 
 
-def _start(folder: Path, *, browser: bool) -> int:
+def _start(folder: Path, options: list[str]) -> int:
     """Run JupyterLab in the folder until it ends, and return its exit status."""
     command = [
         *(sys.executable, "-m", "jupyterlab"),
         f"--notebook-dir={folder.resolve()}",
         "--LabApp.default_url=/lab/tree/notebooks",
-        *([] if browser else ["--no-browser"]),
+        *options,
     ]
     with subprocess.Popen(command) as lab:
         while True:

@@ -152,8 +152,10 @@ def test_jupyterlab_is_started_in_the_folder_and_its_status_is_ours(one_shipped,
     seen = json.loads((tmp_path / "seen.json").read_text())
     assert f"--notebook-dir={tmp_path / 'mine'}" in seen
     assert "--no-browser" in seen
-    assert run_one("notebooks", tmp_path / "mine") == 3
-    assert "--no-browser" not in json.loads((tmp_path / "seen.json").read_text())
+    assert run_one("notebooks", tmp_path / "mine", "--lab-options", "--port", "8899", "--allow-root") == 3
+    seen = json.loads((tmp_path / "seen.json").read_text())
+    assert "--no-browser" not in seen
+    assert seen[-3:] == ["--port", "8899", "--allow-root"]
 
 
 def test_ctrl_c_is_for_jupyterlab_which_asks_before_it_ends(one_shipped, tmp_path, monkeypatch):

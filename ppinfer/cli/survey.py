@@ -100,11 +100,12 @@ def run(args: argparse.Namespace) -> int:
     try:
         instrument = Instrument.load(args.instrument)
         identified = read_survey(args.table, instrument, keep_ids=True)
+        names = {who: who for who in identified.participants} if args.keep_ids else None
         named = identified if args.keep_ids else identified.pseudonymised(args.seed)
         analysis = analyse_survey(named, missing=args.missing, by=args.by)
         orders = None
         if args.orders is not None or instrument.columns.position is not None:
-            orders = check_survey_orders(identified, named, args.orders, by=args.by, seed=args.seed)
+            orders = check_survey_orders(identified, args.orders, names=names, by=args.by, seed=args.seed)
     except FaultyLogError as error:
         print(f"ppinfer survey: {_in_one_line(error)}", file=sys.stderr)
         return 1

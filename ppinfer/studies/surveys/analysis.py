@@ -16,7 +16,7 @@ from ppinfer.studies.surveys.reliability import (
     centred_within,
     item_rest_correlations,
 )
-from ppinfer.studies.surveys.survey import Missing, Survey
+from ppinfer.studies.surveys.survey import Survey
 
 Of = Literal["condition", "all responses", "within participants"]
 
@@ -191,7 +191,7 @@ class SurveyAnalysis:
 
 
 def analyse_survey(
-    survey: Survey, *, missing: Missing = "refuse", by: Sequence[str] | None = None
+    survey: Survey, *, missing: str = "refuse", by: Sequence[str] | None = None
 ) -> SurveyAnalysis:
     r"""Summarise the answers to a survey by condition, score its scales, and ask whether these hang together.
 

@@ -58,8 +58,8 @@ def read_survey(
     ...     items.easy.text = "The robot was easy to work with."
     ... ''')
     >>> survey = read_survey("answers.csv", instrument)
-    >>> survey.values.ravel().tolist(), sorted(survey.participants)
-    ([5.0, 1.0, 4.0, 2.0], ['P01', 'P02'])
+    >>> survey.values.ravel().tolist(), survey.participants
+    ([4.0, 2.0, 5.0, 1.0], ('P01', 'P02'))
     """
     where = Path(path)
     faults = Faults()

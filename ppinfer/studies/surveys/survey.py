@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, cast
+from typing import Literal, cast, get_args
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -16,7 +16,7 @@ from ppinfer.studies.surveys.instrument import Instrument
 from ppinfer.studies.surveys.pseudonyms import pseudonyms
 
 Missing = Literal["refuse", "drop-responses", "mean-of-answered"]
-MISSING: tuple[Missing, ...] = ("refuse", "drop-responses", "mean-of-answered")
+MISSING: tuple[str, ...] = get_args(Missing)
 BETWEEN_FACTORS = " / "
 
 
@@ -137,12 +137,27 @@ class Survey:
             line=self.line[rows],
         )
 
-    def pseudonymised(self, seed: int = 0) -> Survey:
-        """Return the same with participants called P01, P02, ... (`pseudonyms`)."""
+    def pseudonyms(self, seed: int = 0) -> dict[str, str]:
+        """Return a pseudonym for each participant, made of the answers alone (`pseudonyms`)."""
         keys = list(zip(self.conditions, self.position.tolist(), strict=True))
-        return replace(self, participants=pseudonyms(self.participant, keys, self.values, seed=seed))
+        return dict(
+            zip(self.participants, pseudonyms(self.participant, keys, self.values, seed=seed), strict=True)
+        )
 
-    def complete(self, missing: Missing = "refuse") -> Survey:
+    def pseudonymised(self, seed: int = 0) -> Survey:
+        """Return the same with participants called P01, P02, ..., and responses in that order.
+
+        Even sums of numbers with digits after the point depend on their order, so nothing is left of the table's.
+        """
+        named = self.pseudonyms(seed)
+        names = sorted(named.values())
+        number = np.array([names.index(named[who]) for who in self.participants], np.int64)[self.participant]
+        ranks = {row: rank for rank, rows in enumerate(self.groups().values()) for row in rows.tolist()}
+        rows = np.array(sorted(range(len(number)), key=lambda row: (number[row], ranks[row])), np.int64)
+        renumbered = replace(self, participant=number, participants=tuple(names))
+        return renumbered.take(rows)
+
+    def complete(self, missing: str = "refuse") -> Survey:
         """Return the survey with missing answers treated as chosen.
 
         Parameters

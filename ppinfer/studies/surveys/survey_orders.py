@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -54,10 +54,10 @@ class SurveyOrders:
 
 
 def check_survey_orders(
-    identified: Survey,
-    named: Survey,
+    survey: Survey,
     path: str | os.PathLike[str] | None = None,
     *,
+    names: Mapping[str, str] | None = None,
     by: Sequence[str] | None = None,
     seed: int = 0,
 ) -> SurveyOrders:
@@ -65,14 +65,16 @@ def check_survey_orders(
 
     Parameters
     ----------
-    identified, named : Survey
-        The same survey, with the participants' names as in the table of orders, and as they are to be told.
+    survey : Survey
+        Read with ``keep_ids``, so that its participants have the names of the table of orders.
     path : path, optional
         A table of orders (`read_orders`); by default the survey's own column of positions is taken.
+    names : mapping of str to str, optional
+        What participants are to be called; by default their pseudonyms (`Survey.pseudonyms`).
     by : sequence of str, optional
         Condition columns that make up the conditions; by default all.
     seed : int
-        Of random assignments (`check_orders`).
+        Of random assignments (`check_orders`), and of the pseudonyms.
 
     Raises
     ------
@@ -89,19 +91,20 @@ def check_survey_orders(
     ...     anchors = {1 = "no", 5 = "yes"}
     ...     items.easy = {}
     ... ''')
-    >>> survey = read_survey("answers.csv", instrument, keep_ids=True)
-    >>> checked = check_survey_orders(survey, survey.pseudonymised(), "orders.csv")
+    >>> checked = check_survey_orders(read_survey("answers.csv", instrument, keep_ids=True), "orders.csv")
     >>> checked.found.orders, len(checked.without_order)
     ({('a', 'b'): 1}, 1)
     """
-    conditions = list(named.groups(by))
+    told = dict(survey.pseudonyms(seed) if names is None else names)
+    conditions = list(survey.groups(by))
     if path is None:
-        orders = orders_of_survey(named, by)
-        absent = tuple(sorted(who for who, order in orders.items() if not order))
-        orders = {who: order for who, order in orders.items() if order}
-        return SurveyOrders(named.source, check_orders(orders, conditions=conditions, seed=seed), absent, 0)
-    read = read_orders(path, identified.instrument, conditions)
-    told = dict(zip(identified.participants, named.participants, strict=True))
+        own = orders_of_survey(
+            replace(survey, participants=tuple(told[who] for who in survey.participants)), by
+        )
+        absent = tuple(sorted(who for who, order in own.items() if not order))
+        orders = {who: order for who, order in sorted(own.items()) if order}
+        return SurveyOrders(survey.source, check_orders(orders, conditions=conditions, seed=seed), absent, 0)
+    read = read_orders(path, survey.instrument, conditions)
     orders = {told[who]: order for who, order in read.items() if who in told}
     without = tuple(sorted(set(told.values()) - set(orders)))
     # those who answered nothing have no pseudonym; their orders count all the same

@@ -12,6 +12,7 @@ from ppinfer.errors import GameFileError
 from ppinfer.games.gambit_tokens import Tokens
 from ppinfer.games.gambit_writing import checked_infinity
 from ppinfer.games.game import Game, plan_axes
+from ppinfer.guarding import refuse_special
 
 
 def read_nfg(source: str | Path, *, infinity: float | None = None) -> Game:
@@ -80,6 +81,7 @@ def _text_of(source: str | Path) -> tuple[str, str]:
     else:
         name = str(source)
         try:
+            refuse_special(source, GameFileError)
             data = Path(source).read_bytes()
         except (OSError, ValueError) as error:  # a name may be one that no file can have
             reason = error.strerror if isinstance(error, OSError) else error

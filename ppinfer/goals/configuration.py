@@ -13,6 +13,7 @@ from typing import Any, cast
 from ppinfer.errors import ModelError
 from ppinfer.goals.model import GoalModel
 from ppinfer.goals.naming import choices
+from ppinfer.guarding import read_toml
 
 MODEL_FORMAT_VERSION = 1
 _KINDS = {"str": "text", "int": "a whole number", "float": "a number"}
@@ -102,7 +103,7 @@ def read_model(path: str | os.PathLike[str]) -> GoalModel:
     """
     where = Path(path)
     try:
-        document = tomllib.loads(where.read_text(encoding="utf-8"))
+        document = read_toml(where, ModelError)
     except UnicodeDecodeError as error:
         raise ModelError(f"{where}: not a text file: {error.reason} at byte {error.start}") from error
     except tomllib.TOMLDecodeError as error:

@@ -8,7 +8,7 @@ See docs/untrusted-files.md.
 
 from ppinfer.guarding.admission import admitted, asked, start_early
 from ppinfer.guarding.fingerprints import remember_written
-from ppinfer.guarding.inputs import read_small_text, refuse_special
+from ppinfer.guarding.inputs import read_small_text, read_toml, refuse_special
 from ppinfer.guarding.limits import Limits, limited, limits_for, trusting
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "limited",
     "limits_for",
     "read_small_text",
+    "read_toml",
     "refuse_special",
     "remember_written",
     "start_early",

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import stat
+import tomllib
 from pathlib import Path
+from typing import Any
 
 from ppinfer.errors import LogError, PPInferError
 from ppinfer.guarding.limits import told_bytes
@@ -81,3 +83,36 @@ def read_small_text(
         )
     # as text files are read: without a byte order mark's or Windows' ends of lines making a difference
     return content.decode("utf-8-sig").replace("\r\n", "\n")
+
+
+def read_toml(
+    path: str | os.PathLike[str], error: type[PPInferError] = LogError, *, most: int = SMALL
+) -> dict[str, Any]:
+    """Return what a TOML file says; it may not be large, nor nested without end.
+
+    Raises
+    ------
+    PPInferError
+        Of the class ``error``, if it is too large, nested too deeply, holds a number too long to be one, or is neither
+        file nor folder.
+    tomllib.TOMLDecodeError, OSError, UnicodeDecodeError
+        If it is no TOML, or cannot be read.
+
+    Examples
+    --------
+    >>> _ = Path("model.toml").write_text("a = " + "[" * 10_000)
+    >>> read_toml("model.toml")
+    Traceback (most recent call last):
+        ...
+    ppinfer.errors.LogError: model.toml: is nested too deeply to be read
+    """
+    text = read_small_text(path, error, most=most)
+    try:
+        return tomllib.loads(text)
+    except RecursionError:
+        raise error(f"{os.fspath(path)}: is nested too deeply to be read") from None
+    except tomllib.TOMLDecodeError:
+        raise
+    except ValueError as failure:
+        # e.g. a number of thousands of digits
+        raise error(f"{os.fspath(path)}: cannot be read: {failure}") from failure

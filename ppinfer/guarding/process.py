@@ -10,16 +10,20 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 FORKING = hasattr(os, "fork")
+PRELOADED: tuple[str, ...] = ("log",)
+"""Tasks that the helper is ready for as soon as it has started."""
 _GRACE_SECONDS = 20.0
 """What a helper is given beyond a file's own time, to start and to load what reads it."""
 _START_SECONDS = 120.0
 _START = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from ppinfer.guarding.server import serve; serve(forking=json.loads(sys.argv[2]))"
+    "from ppinfer.guarding.server import serve; serve(**json.loads(sys.argv[2]))"
 )
+_HOME = str(Path(__file__).absolute().parents[2])
 _ENVIRONMENT = {
     # one thread: a process with more cannot be forked safely
     "OPENBLAS_NUM_THREADS": "1",
@@ -41,9 +45,13 @@ class HelperError(Exception):
 class _Helper:
     def __init__(self, *, forking: bool) -> None:
         self.forking = forking
-        path = json.dumps([entry for entry in sys.path if isinstance(entry, str)])
-        # -P: nothing is imported from the folder that somebody happens to be in
-        command = [sys.executable, "-P", "-c", _START, path, json.dumps(forking)]
+        # -P, and no empty entry: nothing is imported from the folder that somebody happens to be in
+        path = [entry for entry in sys.path if isinstance(entry, str) and entry not in ("", ".")]
+        if _HOME not in path:
+            path.append(_HOME)
+        environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+        how = {"forking": forking, "preloaded": PRELOADED}
+        command = [sys.executable, "-P", "-c", _START, json.dumps(path), json.dumps(how)]
         try:
             self.process = subprocess.Popen(
                 command,
@@ -52,7 +60,7 @@ class _Helper:
                 stderr=subprocess.PIPE,
                 # no buffers: a fork of this process must be able to let go of the pipes, whoever is using them
                 bufsize=0,
-                env=os.environ | _ENVIRONMENT,
+                env=environment | _ENVIRONMENT,
             )
         except (OSError, TypeError) as error:
             raise HelperError(str(error)) from error

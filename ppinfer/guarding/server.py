@@ -11,11 +11,12 @@ import signal
 import sys
 import time
 import warnings
+from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from ppinfer.guarding.answers import told_error
-from ppinfer.guarding.limits import Limits
-from ppinfer.guarding.tasks import PRELOADED, TASKS, run_task
+from ppinfer.guarding.limits import Limits, obey
+from ppinfer.guarding.tasks import TASKS, run_task
 
 IDLE_SECONDS = 300.0
 """A helper that nobody asks anything for so long ends; the next file starts another."""
@@ -24,14 +25,22 @@ _PROGRESS_SECONDS = 0.1
 _OPEN_FILES = 512
 
 
-def serve(*, forking: bool) -> None:
-    """Answer requests, a line of JSON each, until the process that asks is gone."""
+def serve(*, forking: bool, preloaded: Sequence[str]) -> None:
+    """Answer requests, a line of JSON each, until the process that asks is gone.
+
+    Parameters
+    ----------
+    forking
+        Whether to fork for each file; otherwise one request is answered, by this process itself.
+    preloaded
+        Tasks to get ready for at once.
+    """
     # an interruption from the keyboard is for the process that asks; it ends this one
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     warnings.simplefilter("ignore")
     requests, answers = os.dup(0), os.dup(1)
     _silence(0, 1)
-    for name in PRELOADED:
+    for name in preloaded:
         TASKS[name].preload()
     _say(answers, {"ready": True})
     # until here a failure to start is told there
@@ -158,7 +167,7 @@ def _answer(request: dict[str, Any], progress: int) -> dict[str, Any]:
                 (b"P[%d, %d]\n" if request["forking"] else b'{"progress": [%d, %d]}\n') % (done, total),
             )
 
-    os.environ["PPINFER_GUARD"] = "off"
+    obey(limits)
     try:
         return {"result": run_task(request["task"], request["path"], limits, request["told"], tell)}
     except MemoryError:

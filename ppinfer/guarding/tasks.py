@@ -54,12 +54,9 @@ TASKS: dict[str, Task] = {
     "recording": Task(_READING, "walk_recording"),
     "recording-lines": Task(_READING, "walk_recording_lines"),
     "examples": Task(_READING, "walk_examples", ("zarr",)),
-    "misbehave": Task("ppinfer.testing.misbehaving", "misbehave"),
+    "misbehave": Task("ppinfer.guarding.misbehaving", "misbehave"),
 }
 """Every task by its name."""
-
-PRELOADED = ("log",)
-"""Tasks that the helper is ready for as soon as it has started."""
 
 
 def run_task(

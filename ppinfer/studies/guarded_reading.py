@@ -173,10 +173,10 @@ def walk_recording_lines(path: str, *, limits: Limits, progress: _Progress) -> d
     """Read the lines of a recording one by one; which of them are damaged is found again by whoever goes on with it."""
     from contextlib import suppress
 
-    from ppinfer.studies.recording_lines import told_line
+    from ppinfer.studies.recording_lines import lines_of, told_line
 
     with Path(path).open("rb") as file:
-        for line in file:
+        for line in lines_of(file, path):
             with suppress(ValueError, TypeError):
                 told_line(line.removesuffix(b"\n"))
     return {}

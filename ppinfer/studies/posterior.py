@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Int, Shaped
 
-from ppinfer.distributions.ragged import row_starts
 from ppinfer import guarding
+from ppinfer.distributions.ragged import row_starts
 from ppinfer.errors import LogError
 from ppinfer.studies.checksums import content_digest
 from ppinfer.studies.posterior_layout import (

@@ -11,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float, Int
 
+from ppinfer import guarding
 from ppinfer.errors import LogError, PPInferError
 from ppinfer.goals.learned import PredictionExamples
 from ppinfer.studies.storage import told_as_log_error
@@ -181,7 +182,7 @@ class ExampleStore:
             raise LogError(f"{self.path}: there is no such folder; make one with 'ppsim examples'")
         if not (self.path / "zarr.json").is_file():
             raise LogError(f"{self.path}: is no Zarr store of examples; make one with 'ppsim examples'")
-        with told_as_log_error(self.path, _REMEDY):
+        with guarding.admitted("examples", self.path), told_as_log_error(self.path, _REMEDY):
             self._group = _opened(self.path, "r")
             told: dict[str, Any] = dict(self._group.attrs)
             if (told.get("ppinfer_format"), told.get("version")) != (FORMAT, VERSION):
@@ -226,7 +227,7 @@ class ExampleStore:
 def _opened(path: Path, mode: Literal["r", "r+"]) -> Any:
     import zarr
 
-    return zarr.open_group(path, mode=mode, zarr_format=3)
+    return zarr.open_group(path, mode=mode, zarr_format=3, use_consolidated=False)
 
 
 def _new_store(path: Path, header: ExampleHeader) -> Any:

@@ -21,6 +21,7 @@ from ppinfer.studies.recording_lines import (
     LINE_PREFIX,
     RecordingHeader,
     header_line,
+    lines_of,
     log_of_recording,
     told_header,
     told_line,
@@ -166,7 +167,7 @@ class RecordingWriter:
                     f"{self.path}: is a recording of another study (its header differs); record to another name"
                 )
             keep = len(header)
-            for number, line in enumerate(file, start=2):
+            for number, line in enumerate(lines_of(file, str(self.path)), start=2):
                 if not line.endswith(b"\n"):
                     self.dropped = _torn(number, line)
                     break
@@ -215,7 +216,7 @@ def _loaded(source: Path) -> Recording:
     dropped, number, known = "", 0, False
     try:
         with source.open("rb") as file:
-            for number, line in enumerate(file, start=1):
+            for number, line in enumerate(lines_of(file, str(source)), start=1):
                 # a whole recording ends with a newline; what follows the last one was being written
                 if not line.endswith(b"\n"):
                     dropped = _torn(number, line)
@@ -246,7 +247,16 @@ def _loaded(source: Path) -> Recording:
 
 
 # whatever a line that was changed may lead to
-_DAMAGE = (LogError, ValueError, TypeError, KeyError, IndexError, AttributeError)
+_DAMAGE = (
+    LogError,
+    ValueError,
+    TypeError,
+    KeyError,
+    IndexError,
+    AttributeError,
+    OverflowError,
+    RecursionError,
+)
 _CHECKED_TOGETHER = 64
 
 
@@ -319,6 +329,9 @@ def joined(
 def is_recording(path: Path) -> bool:
     """Return whether a file begins as a recording does."""
     try:
+        # a pipe is none, and opening it would wait for ever
+        if not path.is_file():
+            return False
         with path.open("rb") as file:
             return file.read(len(LINE_PREFIX)) == LINE_PREFIX.encode()
     except OSError:

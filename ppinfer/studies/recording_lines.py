@@ -8,21 +8,28 @@ from __future__ import annotations
 import base64
 import json
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
-from typing import Any, NoReturn
+from typing import IO, Any, NoReturn
 
 import numpy as np
 import xarray as xr
 from jaxtyping import Shaped
 
 from ppinfer.errors import LogError
+from ppinfer.guarding.limits import told_bytes
 from ppinfer.studies.replans import ReplanTable
 from ppinfer.studies.trials import Segment, Trial, log_of_trials
 
 RECORDING_FORMAT = "ppinfer-recording"
 RECORDING_VERSION = 1
 LINE_PREFIX = '{"crc32": "'
+MOST_LINE = 1 << 28
+"""Bytes of the longest line that is read; a trial of an hour at 100 Hz has a tenth of it."""
+_TYPES = frozenset(
+    {"str", "bool", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64", "float16", "float32",
+     "float64"}
+)  # fmt: skip
 _SAMPLED = ("time", "position", "observed", "velocity", "control", "goal_position", "goal_present")
 
 
@@ -91,6 +98,25 @@ def _line(told: Mapping[str, Any]) -> bytes:
     return f'{LINE_PREFIX}{check:08x}", {body[1:]}\n'.encode()
 
 
+def lines_of(file: IO[bytes], name: str) -> Iterator[bytes]:
+    r"""Yield the lines of a recording; one that no trial can be as long as is a `LogError`.
+
+    Examples
+    --------
+    >>> import io
+    >>> list(lines_of(io.BytesIO(b"one\ntwo"), "study.jsonl"))
+    [b'one\n', b'two']
+    """
+    number = 0
+    while line := file.readline(MOST_LINE + 1):
+        number += 1
+        if len(line) > MOST_LINE:
+            raise LogError(
+                f"{name}: line {number}: is longer than {told_bytes(MOST_LINE)}, the most that is read of a trial"
+            )
+        yield line
+
+
 def told_line(line: bytes) -> dict[str, Any]:
     """Return what a line says; a ``ValueError`` says that it is damaged."""
     text = line.decode()
@@ -100,9 +126,21 @@ def told_line(line: bytes) -> dict[str, Any]:
         raise ValueError("does not begin with its checksum")
     if text[start : start + 8] != f"{zlib.crc32(body.encode()):08x}":
         raise ValueError("does not match its checksum")
-    told = json.loads(body, parse_constant=_refuse)
+    try:
+        told = json.loads(body, parse_constant=_refuse, object_pairs_hook=_once)
+    except RecursionError:
+        raise ValueError("is nested too deeply") from None
     if not isinstance(told, dict):
         raise TypeError("is not a JSON object")
+    return told
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    told = dict(pairs)
+    if len(told) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"says {twice!r} twice")
     return told
 
 
@@ -191,6 +229,12 @@ def _unpacked(told: Mapping[str, Any]) -> Shaped[np.ndarray, "*_"]:
     return np.frombuffer(content, told["type"]).reshape(told["shape"]).astype(kind, copy=False)
 
 
+def _known_type(name: str, told: Any) -> str:
+    if not isinstance(told, str) or told not in _TYPES:
+        raise ValueError(f"variable {name!r} is of type {told!r}; expected one of {', '.join(sorted(_TYPES))}")
+    return told
+
+
 def told_trial(told: Mapping[str, Any]) -> Trial:
     """Return the trial that a line says."""
     given = dict(told)
@@ -205,7 +249,7 @@ def told_trial(told: Mapping[str, Any]) -> Trial:
     given["variables"] = {
         name: (
             tuple(one["dims"]),
-            np.array(one["values"], object if one["type"] == "str" else one["type"]),
+            np.array(one["values"], object if one["type"] == "str" else _known_type(name, one["type"])),
             one.get("attrs", {}),
         )
         for name, one in given.get("variables", {}).items()

@@ -13,6 +13,7 @@ from typing import Protocol, runtime_checkable
 
 import xarray as xr
 
+from ppinfer.guarding import refuse_special
 from ppinfer.studies import RecordingHeader, RecordingWriter, Trial, read_recording, write_log
 from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.recording_lines import header_line, log_of_recording
@@ -197,6 +198,7 @@ def _no_empty(path: Path, header: RecordingHeader) -> Iterator[None]:
 def _holds_nothing(path: Path, header: RecordingHeader) -> bool:
     """Whether a recording is of this study and has no whole trial: one that was killed, or that filled the disk."""
     line = header_line(header)
+    refuse_special(path)
     with path.open("rb") as recording:
         return line.startswith(recording.read(len(line))) and not recording.readline().endswith(b"\n")
 

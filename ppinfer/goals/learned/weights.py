@@ -17,10 +17,12 @@ from ppinfer.goals.learned.configuration import NetworkConfiguration
 from ppinfer.goals.learned.extra import require_torch
 from ppinfer.goals.learned.network import build_network, load_weights, weights_of
 from ppinfer.goals.learned.predictor import GoalPredictor
+from ppinfer.guarding import refuse_special
 
 FORMAT, VERSION = "ppinfer goal predictor", 1
 # one entry only: safetensors writes several in any order, and the same weights are to be the same file
 _ENTRY = "ppinfer"
+_LARGEST_HEADER = 1 << 20
 
 
 def write_predictor(predictor: GoalPredictor, path: str | os.PathLike[str]) -> None:
@@ -79,12 +81,19 @@ def read_predictor(path: str | os.PathLike[str]) -> GoalPredictor:
     from safetensors import SafetensorError, safe_open
 
     where = Path(path)
+    refuse_special(where, ModelError)
     if not where.is_file():
         raise ModelError(f"{where}: there is no such file")
+    _refuse_large_header(where)
     try:
         with safe_open(where, framework="np") as file:
             told = _told(where, file.metadata())
             configuration = NetworkConfiguration.from_json(json.dumps(told["configuration"]))
+            if (least := 4 * configuration.hidden**2) > where.stat().st_size:
+                # before the network is built: it would take as much memory as it claims
+                raise ModelError(
+                    f"describes a network of more than {least} bytes, but is smaller: it is damaged; write it anew"
+                )
             network = build_network(configuration)
             wanted = weights_of(network)
             if set(file.keys()) != set(wanted):
@@ -108,10 +117,18 @@ def read_predictor(path: str | os.PathLike[str]) -> GoalPredictor:
     return GoalPredictor(configuration, network)
 
 
+def _refuse_large_header(where: Path) -> None:
+    """Refuse a header that is larger than ours can be: what is read of it has no other limit."""
+    with where.open("rb") as file:
+        length = int.from_bytes(file.read(8), "little")
+    if _LARGEST_HEADER < length <= where.stat().st_size:
+        raise ModelError(f"{where}: has a header of {length} bytes; one that 'ppinfer learn' writes is small")
+
+
 def _told(where: Path, metadata: dict[str, str] | None) -> dict[str, Any]:
     try:
         told: Any = json.loads((metadata or {}).get(_ENTRY, "null"))
-    except ValueError:
+    except (ValueError, RecursionError):
         told = None
     if not isinstance(told, dict) or told.get("format") != FORMAT:
         raise ModelError("is a safetensors file, but not one that 'ppinfer learn' wrote")

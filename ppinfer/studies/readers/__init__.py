@@ -101,6 +101,6 @@ def read_study(
     if not Path(source).exists():
         raise LogError(f"{source}: there is no such file or folder")
     arguments = [source] if mapping is None else [source, mapping]
-    told = None if mapping is None else str(mapping)
-    with guarding.admitted("study", source, reader=reader, mapping=told):
+    named = None if mapping is None else str(mapping)
+    with guarding.admitted("study", source, reader=reader, mapping=named):
         return known.load()(*arguments, **({"progress": progress} if known.tells_progress else {}))

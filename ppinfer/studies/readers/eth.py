@@ -13,6 +13,7 @@ from ppinfer.errors import LogError
 from ppinfer.studies.assembling import build_log
 from ppinfer.studies.checksums import file_sha256
 from ppinfer.studies.faults import Fault, Faults
+from ppinfer.studies.readers.text_shape import check_lines
 
 SECONDS_PER_ANNOTATION = 0.4
 """The scenes were annotated at 2.5 Hz, whatever the video's frame rate."""
@@ -120,6 +121,8 @@ def _read_table(
 ) -> tuple[Float[np.ndarray, "row column"], Int[np.ndarray, " row"]]:
     empty = np.zeros((0, columns)), np.zeros(0, np.int64)
     try:
+        if not check_lines(path, faults):
+            return empty
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not text"

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ppinfer.guarding import read_toml
 from ppinfer.studies.faults import Fault, Faults
 
 COORDINATES = ("x", "y", "z")
@@ -138,7 +139,7 @@ def read_mapping(path: Path, faults: Faults) -> Mapping | None:
     """Read a mapping; everything wrong with it is reported at once, and then None returned."""
     file = path.name
     try:
-        told = tomllib.loads(path.read_text(encoding="utf-8"))
+        told = read_toml(path)
     except OSError as error:
         faults.add(Fault("unreadable", f"cannot be read: {error.strerror}", file=str(path)))
         return None

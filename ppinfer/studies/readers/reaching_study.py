@@ -19,6 +19,7 @@ from ppinfer.studies.checksums import file_sha256
 from ppinfer.studies.faults import Fault, Faults
 from ppinfer.studies.progress import ProgressCallback, silent
 from ppinfer.studies.readers.npz import read_npz
+from ppinfer.studies.readers.text_shape import check_lines
 from ppinfer.studies.trials import Segment, Trial, log_of_trials
 
 AGENTS = ("human", "robot")
@@ -219,6 +220,8 @@ def _check_goal_counts(games: Mapping[str, _Game], faults: Faults) -> None:
 
 def _rows(path: Path, columns: Sequence[str], faults: Faults) -> list[tuple[int, dict[str, str]]]:
     try:
+        if not check_lines(path, faults):
+            return []
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.DictReader(file, strict=True)
             header = list(reader.fieldnames or [])

@@ -12,8 +12,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ppinfer import guarding
+from ppinfer.errors import LogError
+from ppinfer.guarding.limits import how_to_allow_more, told_bytes
 from ppinfer.studies.faults import Fault, Faults
 from ppinfer.studies.readers.mapping import FileOptions, closest
+from ppinfer.studies.readers.text_shape import MOST_COLUMNS, check_lines
 
 _NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
 
@@ -149,7 +153,19 @@ def read_table(
     -------
     Table or None
         None if the file cannot be read, lacks columns, or has rows of different lengths.
+
+    Raises
+    ------
+    LogError
+        If reading it takes more time or memory than a file may, or crashes what reads it (see `ppinfer.guarding`).
     """
+    with guarding.admitted("table", path, wanted=list(wanted), options=options.model_dump()):
+        return _told(path, wanted, options, faults)
+
+
+def _told(
+    path: Path, wanted: Sequence[tuple[str, str]], options: FileOptions, faults: Faults
+) -> Table | None:
     import pyarrow as pa
 
     try:
@@ -157,6 +173,8 @@ def read_table(
             faults.add(Fault("unreadable", "there is no such file", file=str(path)))
             return None
         return _read(path, wanted, options, faults)
+    except LogError:
+        raise
     except (pa.ArrowException, OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
         reason = " ".join(str(error).split())[:200]
         told, remedy = (
@@ -181,13 +199,20 @@ def _read(
         with pq.ParquetFile(path) as file:
             if not _has_columns(file.schema_arrow.names, wanted, path, faults):
                 return None
+            _refuse_large(path, file.metadata, len(wanted))
             table = _plain_columns(file.read(columns=sorted({column for column, _ in wanted})), path, faults)
             if table is None:
                 return None
+    elif not check_lines(path, faults):
+        return None
     else:
         header = next((row for _, row in _csv_rows(path, options) if row), None)
         if header is None:
             faults.add(Fault("empty", "the file is empty", file=path.name))
+            return None
+        if len(header) > MOST_COLUMNS:
+            told = f"has {len(header)} columns, more than the {MOST_COLUMNS} that are read"
+            faults.add(Fault("many-columns", told, file=path.name, line=1))
             return None
         if not _has_columns(header, wanted, path, faults):
             return None
@@ -198,6 +223,18 @@ def _read(
         faults.add(Fault("empty", "there are no rows", file=path.name))
         return None
     return Table(path, options, {name: table.column(name) for name in table.column_names}, table.num_rows)
+
+
+def _refuse_large(path: Path, metadata: Any, columns: int) -> None:
+    """Refuse a few bytes that claim to be rows without end."""
+    size = path.stat().st_size
+    packed = sum(metadata.row_group(index).total_byte_size for index in range(metadata.num_row_groups))
+    claimed, most = max(packed, 8 * columns * metadata.num_rows), guarding.limits_for(size).memory
+    if claimed > most or packed < 0 or metadata.num_rows < 0:
+        raise LogError(
+            f"{path}: claims {told_bytes(claimed)} in {metadata.num_rows} rows, more than the {told_bytes(most)} that "
+            "a file of its size may unpack to: " + how_to_allow_more("MEMORY", f"{(4 * claimed >> 30) + 1}G")
+        )
 
 
 def _plain_columns(table: Any, path: Path, faults: Faults) -> Any:

@@ -11,6 +11,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from ppinfer.guarding import read_small_text
 from ppinfer.studies.faults import Fault, Faults
 from ppinfer.studies.readers.mapping import FileOptions, closest
 
@@ -116,7 +117,7 @@ class Instrument(_Table):
         faults = Faults()
         instrument = None
         try:
-            instrument = _parse(where.read_text(encoding="utf-8"), where.name, faults)
+            instrument = _parse(read_small_text(where), where.name, faults)
         except OSError as error:
             faults.add(Fault("unreadable", f"cannot be read: {error.strerror}"))
         except UnicodeDecodeError:
@@ -188,7 +189,7 @@ def _number(anchor: tuple[str, str]) -> int:
 def _parse(text: str, file: str, faults: Faults) -> Instrument | None:
     try:
         told = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (ValueError, RecursionError) as error:
         faults.add(
             Fault("instrument", f"is not TOML: {error}", "see docs/surveys.md for an example", file=file)
         )

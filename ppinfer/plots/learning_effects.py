@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.metric_panels import group_style, legend_below, metric_panels, name_axis, shown_metrics
 from ppinfer.plots.palette import FAINT, quiet
 from ppinfer.studies.metrics.trial_metrics import TrialMetrics
@@ -19,6 +20,7 @@ _APART = 0.16
 _MOST_TICKS = 12
 
 
+@draws_plain_text
 def plot_learning_effects(
     metrics: TrialMetrics,
     names: Sequence[str] | None = None,
@@ -63,6 +65,7 @@ def plot_learning_effects(
     learned = metrics.learning(by, over=over)
     counted = metrics.rounds_are(by, over)
     groups = list(dict.fromkeys(row.group for row in learned))
+    handles = {}
     for ax, metric in zip(drawn, shown, strict=True):
         rows = [row for row in learned if row.metric == metric.name]
         for index, row in enumerate(rows):
@@ -70,15 +73,8 @@ def plot_learning_effects(
             offset = _APART * (index / (len(groups) - 1) - 0.5) if len(groups) > 1 else 0.0
             at = np.array([one.round for one in row.rounds], np.float64) + offset
             mean, sem = (np.array([getattr(one, name) for one in row.rounds]) for name in ("mean", "sem"))
-            ax.plot(
-                at,
-                mean,
-                marker=marker,
-                color=colour,
-                linewidth=1.6,
-                markersize=4.5,
-                label=row.group or "none",
-            )
+            line = ax.plot(at, mean, marker=marker, color=colour, linewidth=1.6, markersize=4.5)
+            handles[row.group] = line[0]
             known = np.isfinite(sem)
             ax.vlines(
                 at[known], (mean - sem)[known], (mean + sem)[known], color=colour, alpha=0.55, linewidth=2
@@ -91,5 +87,5 @@ def plot_learning_effects(
         ax.grid(axis="y", color=FAINT, linewidth=0.5)
         ax.set_axisbelow(True)
         quiet(ax)
-    legend_below(drawn, "" if by is None else by)
+    legend_below(drawn[0], handles, "" if by is None else by)
     return tuple(drawn)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.metric_panels import fitting, group_style, metric_panels, name_axis, shown_metrics
 from ppinfer.plots.palette import FAINT, INK, MUTED, quiet
 from ppinfer.studies.metrics.over_participants import RESAMPLES
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 _UPRIGHT = 26
 
 
+@draws_plain_text
 def plot_metric_by_condition(
     metrics: TrialMetrics,
     names: Sequence[str] | None = None,

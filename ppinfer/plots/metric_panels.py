@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ppinfer.errors import LogError
+from ppinfer.plots.labels import label
 from ppinfer.plots.palette import GOAL_COLOURS, INK, MUTED
 from ppinfer.studies.metrics.summaries import MetricFacts
 from ppinfer.studies.metrics.trial_metrics import TrialMetrics
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 # what a reader wants to see first, as far as the log has it
 _MAIN = (
@@ -69,8 +71,8 @@ def metric_panels(
 def name_axis(ax: Axes, metric: MetricFacts) -> None:
     """Call the vertical axis as the metric, with its units."""
     words = metric.name.removesuffix("_s").removesuffix("_m").replace("_", " ")
-    label = ax.set_ylabel(f"{words} [{metric.units}]" if metric.units else words, color=INK)
-    label.set_parse_math(False)
+    shown = label(f"{words} [{metric.units}]" if metric.units else words)
+    ax.set_ylabel(shown, color=INK).set_parse_math(False)
 
 
 def group_style(index: int) -> tuple[str, str]:
@@ -86,27 +88,27 @@ def group_style(index: int) -> tuple[str, str]:
 
 
 def fitting(name: str) -> str:
-    """Return a group's name as it fits into a picture: of a condition the beginning says most; empty is none.
+    """Return a group's name as it fits into a picture; an empty one is none.
 
     Examples
     --------
-    >>> fitting("naive"), fitting("a robot that yields to everybody at once"), fitting("")
-    ('naive', 'a robot that yields to everybod…', 'none')
+    >>> fitting("naive"), fitting("")
+    ('naive', 'none')
     """
-    return (name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…") or "none"
+    return label(name, most=_LONGEST) or "none"
 
 
-def legend_below(axes: Sequence[Axes], title: str) -> None:
-    """Say below the panels which line is which group, where there is more than one."""
-    handles, labels = axes[0].get_legend_handles_labels()
-    if len(labels) < 2:
+def legend_below(ax: Axes, handles: Mapping[str, Line2D], title: str) -> None:
+    """Say below all panels which line is which group, where there is more than one."""
+    if len(handles) < 2:
         return
-    legend = axes[0].figure.legend(
-        handles,
-        [fitting(label) for label in labels],
-        title=title,
+    # named here: Matplotlib hides what is labelled with a leading underscore
+    legend = ax.figure.legend(
+        list(handles.values()),
+        [fitting(name) for name in handles],
+        title=label(title),
         loc="outside lower center",
-        ncols=min(len(labels), _ACROSS),
+        ncols=min(len(handles), _ACROSS),
         frameon=False,
         fontsize="small",
         title_fontsize="small",

@@ -61,7 +61,8 @@ def functional_delay(trials: TrialContext) -> Float[np.ndarray, " trial"]:
     # an action inside another overlaps it by its own length
     delay = (begin[1:] - np.minimum(end[:-1], end[1:]))[turn]
     of_trial, trials_here = trial[1:][turn], trials.row_size.size
-    summed = np.bincount(of_trial, weights=delay, minlength=trials_here)
+    # without any weights, bincount counts in whole numbers
+    summed = np.bincount(of_trial, weights=delay, minlength=trials_here).astype(np.float64)
     turns = np.bincount(of_trial, minlength=trials_here)
     return np.where(turns > 0, share(summed, trials.busy_time), np.nan)
 

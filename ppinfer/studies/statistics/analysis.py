@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ppinfer.errors import LogError
-from ppinfer.studies.faults import Faults
 from ppinfer.studies.statistics.anova import Effect, repeated_measures_anova
 from ppinfer.studies.statistics.bayes_factors import PRIOR_SCALE
 from ppinfer.studies.statistics.measures import Missing, RepeatedMeasures
+from ppinfer.studies.statistics.missing_cells import refuse_missing
 from ppinfer.studies.statistics.posthoc import Adjustment, PairwiseTest, pairwise_tests
 
 
@@ -90,8 +90,7 @@ def analyse(
     if not measures:
         raise LogError("there is nothing to analyse; name at least one dependent variable")
     if missing == "refuse":
-        gaps = [fault for each in measures for fault in each.missing]
-        Faults(gaps).raise_if_any(measures[0].source or "the measures")
+        refuse_missing(measures)
     complete = tuple(each.complete(missing) for each in measures)
     effects = tuple(
         effect for each in complete for effect in repeated_measures_anova(each, prior_scale=prior_scale)

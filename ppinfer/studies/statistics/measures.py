@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import itertools
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from ppinfer.errors import LogError
 from ppinfer.studies.faults import Fault, Faults
@@ -75,7 +74,7 @@ class RepeatedMeasures:
             _refuse_twice(f"level of {factor!r}", names)
         if np.isinf(self.values).any():
             where = tuple(int(index[0]) for index in np.nonzero(np.isinf(self.values)))
-            raise LogError(f"{self.dv!r}: {self._cell(where)} is infinite; expected a finite number")
+            raise LogError(f"{self.dv!r}: {self.cell_name(where)} is infinite; expected a finite number")
 
     @classmethod
     def from_columns(
@@ -142,19 +141,6 @@ class RepeatedMeasures:
         arranged = np.divide(total, number, out=np.full(len(counts), np.nan), where=number > 0)
         return cls(dv, arranged.reshape(shape), names, tuple(factors), levels, source, notes)
 
-    @property
-    def missing(self) -> list[Fault]:
-        """A fault for every cell without a value."""
-        return [
-            Fault(
-                "missing-cell",
-                f"{self._cell(tuple(map(int, where)))} has no value",
-                file=self.source or None,
-                column=self.dv,
-            )
-            for where in np.argwhere(np.isnan(self.values))
-        ]
-
     def complete(self, missing: Missing = "refuse") -> RepeatedMeasures:
         """Return a design without missing cells and with enough of everything, or say what it lacks.
 
@@ -169,7 +155,8 @@ class RepeatedMeasures:
         FaultyLogError
             If cells are missing and ``missing`` is ``"refuse"``.
         LogError
-            If fewer than 2 subjects, or fewer than 2 levels of a factor, are there or left.
+            If fewer than 2 subjects, or fewer than 2 levels of a factor, are there or left; or if a factor is one
+            between subjects.
 
         Examples
         --------
@@ -183,59 +170,9 @@ class RepeatedMeasures:
         >>> scores.complete("drop-subjects").notes
         ("'score': 1 of 3 subjects dropped for missing cells: 'bob'",)
         """
-        check_choice("missing", missing, get_args(Missing))
-        gaps = np.isnan(self.values)
-        if not gaps.any():
-            return self._large_enough("")
-        if missing == "refuse":
-            Faults(self.missing).raise_if_any(self.source or repr(self.dv))
-        if missing == "drop-levels":
-            return self._without_levels(gaps)
-        kept = ~gaps.reshape(len(gaps), -1).any(axis=1)
-        dropped = [name for name, keep in zip(self.subjects, kept, strict=True) if not keep]
-        note = f"{self.dv!r}: {len(dropped)} of {len(kept)} subjects dropped for missing cells: {_listed(dropped)}"
-        return replace(
-            self,
-            values=self.values[kept],
-            subjects=tuple(itertools.compress(self.subjects, kept)),
-            notes=(*self.notes, note),
-        )._large_enough(note)
+        from ppinfer.studies.statistics.missing_cells import completed
 
-    def _without_levels(self, gaps: Bool[np.ndarray, "subject *level"]) -> RepeatedMeasures:
-        if len(self.factors) > 1:
-            raise LogError(
-                f"{self._where()}: with several within factors there is more than one way to drop levels; "
-                "drop subjects, or leave levels out of the table"
-            )
-        kept = np.flatnonzero(~gaps.any(axis=0))
-        names = self.levels[0]
-        dropped = [name for index, name in enumerate(names) if index not in kept]
-        note = (
-            f"{self.dv!r}: {len(dropped)} of {len(names)} levels of {self.factors[0]!r} dropped for missing cells: "
-            f"{_listed(dropped)}"
-        )
-        return replace(
-            self,
-            values=self.values[:, kept],
-            levels=(tuple(names[index] for index in kept),),
-            notes=(*self.notes, note),
-        )._large_enough(note)
-
-    def _large_enough(self, note: str) -> RepeatedMeasures:
-        why = f" ({note})" if note else ""
-        if len(self.subjects) < 2:
-            raise LogError(
-                f"{self._where()}: the number of subjects is {len(self.subjects)}, expected at least 2{why}; "
-                "what is within subjects is judged by how they differ"
-            )
-        for factor, levels in zip(self.factors, self.levels, strict=True):
-            if len(levels) < 2:
-                named = f" ({_listed(levels)})" if levels else ""
-                raise LogError(
-                    f"{self._where()}: factor {factor!r} has too few levels: {len(levels)}{named}, "
-                    f"expected at least 2{why}"
-                )
-        return self
+        return completed(self, missing)
 
     def _refuse_repeated(
         self, cells: Int[np.ndarray, " row"], repeated: Int[np.ndarray, " cell"], lines: Sequence[int] | None
@@ -250,7 +187,7 @@ class RepeatedMeasures:
             more = "" if (cells == cell).sum() <= _NAMED else ", ..."
             return Fault(
                 "repeated-cell",
-                f"{self._cell(where)} is there more than once ({counted}s {found}{more})",
+                f"{self.cell_name(where)} is there more than once ({counted}s {found}{more})",
                 "remove what is wrong, or have the mean taken",
                 file=self.source or None,
             )
@@ -258,15 +195,19 @@ class RepeatedMeasures:
         faults.add_each("repeated-cell", repeated.tolist(), describe)
         faults.raise_if_any(self.source or repr(self.dv))
 
-    def _cell(self, where: tuple[int, ...]) -> str:
+    def cell_name(self, where: tuple[int, ...]) -> str:
+        """Say which cell an index into ``values`` is: whose, and at which levels.
+
+        Examples
+        --------
+        >>> RepeatedMeasures("y", np.zeros((1, 1)), ("ann",), ("robot",), (("new",),)).cell_name((0, 0))
+        "subject 'ann' at robot 'new'"
+        """
         at = ", ".join(
             f"{factor} {levels[index]!r}"
             for factor, levels, index in zip(self.factors, self.levels, where[1:], strict=True)
         )
         return f"subject {self.subjects[where[0]]!r} at {at}"
-
-    def _where(self) -> str:
-        return f"{self.source}: {self.dv!r}" if self.source else repr(self.dv)
 
 
 def check_choice(name: str, value: str, choices: Sequence[str]) -> None:
@@ -282,7 +223,7 @@ def check_choice(name: str, value: str, choices: Sequence[str]) -> None:
     >>> check_choice("missing", "refuse", ["refuse", "drop-subjects"])
     """
     if value not in choices:
-        raise LogError(f"{name} is {value!r}; expected one of {_listed(choices)}")
+        raise LogError(f"{name} is {value!r}; expected one of {listed(choices)}")
 
 
 def _codes(labels: Sequence[str]) -> tuple[tuple[str, ...], Int[np.ndarray, " row"]]:
@@ -290,7 +231,14 @@ def _codes(labels: Sequence[str]) -> tuple[tuple[str, ...], Int[np.ndarray, " ro
     return tuple(index), np.array([index[label] for label in labels], np.int64)
 
 
-def _listed(names: Sequence[str]) -> str:
+def listed(names: Sequence[str]) -> str:
+    """Return names between quotation marks, the first twenty of them.
+
+    Examples
+    --------
+    >>> listed(["ann", "bob"])
+    "'ann', 'bob'"
+    """
     shown = ", ".join(map(repr, names[:20]))
     return shown if len(names) <= 20 else f"{shown} and {len(names) - 20} more"
 

@@ -102,7 +102,7 @@ def raise_with_hint(path: Path, options: FileOptions, faults: Faults) -> None:
     >>> raise_with_hint(Path("scores.csv"), FileOptions.model_validate({}), Faults())
     """
     if faults.counts["missing-column"] and path.suffix.lower() not in (".parquet", ".pq"):
-        with path.open(encoding="utf-8-sig") as file:
+        with path.open(encoding="utf-8-sig", errors="replace") as file:
             header = file.readline(100_000)
         found = max(",;\t|", key=header.count)
         if header.count(found) and options.delimiter not in header:

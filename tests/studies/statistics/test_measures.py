@@ -119,3 +119,12 @@ def test_a_choice_that_there_is_not_is_refused_by_name():
         LogError, match="missing is 'drop'; expected one of 'refuse', 'drop-subjects', 'drop-levels'"
     ):
         check_choice("missing", "drop", ["refuse", "drop-subjects", "drop-levels"])
+
+
+def test_a_factor_between_subjects_is_recognised():
+    told = RepeatedMeasures.from_columns(
+        "y", np.arange(4.0), ["a", "b", "c", "d"], {"group": ["old", "old", "new", "new"]}
+    )
+    for missing in ("refuse", "drop-subjects"):
+        with pytest.raises(LogError, match="no subject has values at more than one level of 'group'"):
+            analyse([told], missing=missing)

@@ -121,11 +121,12 @@ def bayes_factor_text(log_value: float) -> str:
 
     Examples
     --------
-    >>> bayes_factor_text(2.85), bayes_factor_text(1000.0), bayes_factor_text(float("nan"))
-    ('17.3', '1e434', '-')
+    >>> bayes_factor_text(2.85), bayes_factor_text(7.42), bayes_factor_text(1000.0), bayes_factor_text(float("nan"))
+    ('17.3', '1669', '1e434', '-')
     """
     if not math.isfinite(log_value):
         return "-" if math.isnan(log_value) else "inf"
     if abs(log_value) < math.log(1e5):
-        return f"{math.exp(log_value):.3g}"
+        value = math.exp(log_value)
+        return f"{value:.0f}" if value >= 100 else f"{value:.3g}"
     return f"1e{round(log_value / math.log(10))}"

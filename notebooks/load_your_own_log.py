@@ -15,7 +15,7 @@
 #
 # **Your table has columns of your own. What does it take to get from it to posteriors that you can trust?**
 #
-# Ten lines that say which column is what. The table below stands in for yours: six people go for goals in a
+# A few lines that say which column is what. The table below stands in for yours: six people go for goals in a
 # room, in centimetres and milliseconds, and a position is left empty where the tracker lost somebody.
 
 # %%
@@ -76,9 +76,16 @@ table.head(3)
 # %%
 MAPPING = """
 missing = "dropout"          # an empty position: the tracker lost them
-columns = {trial = "session", participant = "subj", time = "t_ms", x = "pos_x", y = "pos_y", true_goal = "goes_for"}
 constants = {agent = "human"}
 units = {time = "ms", position = "cm"}
+
+[columns]
+trial = "session"
+participant = "subj"
+time = "t_ms"
+x = "pos_x"
+y = "pos_y"
+true_goal = "goes_for"       # for scores: runs of one label are segments
 
 [goal_columns]               # goals that move; those that stand still are [goals], with numbers
 cup = {x = "cup_x", y = "cup_y"}
@@ -88,7 +95,7 @@ lid = {x = "lid_x", y = "lid_y"}
 """
 (FOLDER / "mapping.toml").write_text(MAPPING)
 log = read_tidy(FOLDER / "study.csv", FOLDER / "mapping.toml")
-log[["time", "position", "observed", "goal_position", "row_size", "participant", "true_goal"]]
+log[["time", "position", "observed", "goal_position", "row_size", "participant", "true_goal"]].drop_attrs()
 
 # %% [markdown]
 # A log is one `xarray.Dataset`, in metres and seconds. And this is the answer for one of its trials: drag

@@ -81,7 +81,12 @@ def predict(left, right, *, robots_goal, beta, weights, seen):
     risk = risk_map(
         point_agent(), one.places[sample, goal], (human,), bounds=BOUNDS, cells=40, rollouts=500, rng=rng
     )
-    shown = {"goals": one.places[sample], "labels": one.goals, "robot": now.robot_position}
+    shown = {
+        "goals": one.places[sample],
+        "labels": one.goals,
+        "units": one.units,
+        "robot": now.robot_position,
+    }
     plot_risk_map(risk, **shown, colour_bar=False, ax=left)
     bars = {"without the robot": one.belief[sample], f"robot goes for {robots_goal}": one.post[sample, goal]}
     for shift, (name, values) in enumerate(bars.items()):

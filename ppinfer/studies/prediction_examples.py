@@ -14,6 +14,7 @@ from jaxtyping import Float, Int
 from ppinfer import guarding
 from ppinfer.errors import LogError, PPInferError
 from ppinfer.goals.learned import PredictionExamples
+from ppinfer.studies.replacing import temporary_beside
 from ppinfer.studies.storage import told_as_log_error
 
 FORMAT, VERSION = "prediction-examples", 1
@@ -143,7 +144,14 @@ class ExampleWriter:
                     self._group[name].resize((self.complete, *self._group[name].shape[1:]))
         else:
             self.complete = 0
-            self._group = _new_store(self.path, header)
+            try:
+                with temporary_beside(self.path) as temporary:
+                    # a store without its header could not be gone on with: it appears once it has one
+                    _new_store(temporary, header)
+                    temporary.rename(self.path)
+            except OSError as error:
+                raise LogError(f"{self.path}: cannot be written: {error.strerror or error}") from error
+            self._group = _opened(self.path, "r+")
 
     def append(self, stored: StoredExamples) -> None:
         """Append examples; they count once all of them are on disk."""
@@ -230,7 +238,7 @@ def _opened(path: Path, mode: Literal["r", "r+"]) -> Any:
     return zarr.open_group(path, mode=mode, zarr_format=3, use_consolidated=False)
 
 
-def _new_store(path: Path, header: ExampleHeader) -> Any:
+def _new_store(path: Path, header: ExampleHeader) -> None:
     import zarr
     from zarr.codecs import Crc32cCodec, ZstdCodec
 
@@ -242,25 +250,21 @@ def _new_store(path: Path, header: ExampleHeader) -> Any:
         "present": (header.goals,),
         "frequency": (header.goals,),
     }
-    try:
-        group: Any = zarr.open_group(path, mode="w-", zarr_format=3)
-        for name, dtype in _DTYPES.items():
-            shape = shapes.get(name, ())
-            group.create_array(
-                name,
-                shape=(0, *shape),
-                chunks=(header.batch, *shape),
-                dtype=dtype,
-                # a chunk that is lost must not read as values that may be true
-                fill_value=_MISSING[np.dtype(dtype).kind],
-                compressors=[ZstdCodec(level=3), Crc32cCodec()],
-                dimension_names=["example", *(f"{name}_{axis}" for axis in range(len(shape)))],
-            )
-        told = {"ppinfer_format": FORMAT, "version": VERSION, "header": _plain(header), "complete": 0}
-        group.attrs.update({**told, "checksum": _checksum(told)})
-    except OSError as error:
-        raise LogError(f"{path}: cannot be written: {error.strerror or error}") from error
-    return group
+    group: Any = zarr.open_group(path, mode="w-", zarr_format=3)
+    for name, dtype in _DTYPES.items():
+        shape = shapes.get(name, ())
+        group.create_array(
+            name,
+            shape=(0, *shape),
+            chunks=(header.batch, *shape),
+            dtype=dtype,
+            # a chunk that is lost must not read as values that may be true
+            fill_value=_MISSING[np.dtype(dtype).kind],
+            compressors=[ZstdCodec(level=3), Crc32cCodec()],
+            dimension_names=["example", *(f"{name}_{axis}" for axis in range(len(shape)))],
+        )
+    told = {"ppinfer_format": FORMAT, "version": VERSION, "header": _plain(header), "complete": 0}
+    group.attrs.update({**told, "checksum": _checksum(told)})
 
 
 def _checksum(told: Mapping[str, Any]) -> str:

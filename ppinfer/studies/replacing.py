@@ -1,10 +1,17 @@
-"""Files and folders that appear whole or not at all: written beside their place, then renamed."""
+"""Files and folders that appear whole or not at all: written beside their place, then renamed.
+
+A process that is killed leaves what it was writing under a hidden name, ``.LOG.nc.<machine>-<process>-<number>.part``.
+It is never read, and the next writing of the same name removes it, unless the process that it names still runs.
+"""
 
 from __future__ import annotations
 
 import os
+import platform
+import re
 import secrets
 import shutil
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,6 +23,8 @@ from ppinfer.guarding import remember_written
 def temporary_beside(target: Path) -> Iterator[Path]:
     """Yield a free name in the folder of ``target``; a file or folder that is still there at the end vanishes.
 
+    So does what processes that are no more left there on their way to the same target.
+
     Examples
     --------
     >>> with temporary_beside(Path("log.nc")) as temporary:
@@ -23,14 +32,12 @@ def temporary_beside(target: Path) -> Iterator[Path]:
     >>> temporary.exists()
     False
     """
-    temporary = target.with_name(f".{target.name}.{secrets.token_hex(6)}.part")
+    _remove_leftovers(target)
+    temporary = _hidden_name(target, "part")
     try:
         yield temporary
     finally:
-        if temporary.is_dir():
-            shutil.rmtree(temporary)
-        else:
-            temporary.unlink(missing_ok=True)
+        _remove(temporary)
 
 
 @contextmanager
@@ -51,7 +58,7 @@ def replacing(target: Path) -> Iterator[Path]:
             remember_written(target)
             return
         # a folder cannot be replaced in one step: the old one steps aside and comes back if that fails
-        aside = target.with_name(f".{target.name}.{secrets.token_hex(6)}.old")
+        aside = _hidden_name(target, "old")
         target.rename(aside)
         try:
             temporary.replace(target)
@@ -60,3 +67,39 @@ def replacing(target: Path) -> Iterator[Path]:
             raise
         remember_written(target)
         shutil.rmtree(aside)
+
+
+def _hidden_name(target: Path, kind: str) -> Path:
+    return target.with_name(f".{target.name}.{_machine()}-{os.getpid()}-{secrets.token_hex(6)}.{kind}")
+
+
+def _machine() -> str:
+    return f"{zlib.crc32(platform.node().encode()):08x}"
+
+
+def _remove_leftovers(target: Path) -> None:
+    if os.name != "posix" or not target.parent.is_dir():
+        return
+    named = re.compile(rf"\.{re.escape(target.name)}\.{_machine()}-(\d+)-[0-9a-f]{{12}}\.(part|old)")
+    for item in list(target.parent.iterdir()):
+        match = named.fullmatch(item.name)
+        # what stepped aside for a folder that never came is the only one there is
+        if match and not _runs(int(match[1])) and (match[2] == "part" or target.exists()):
+            _remove(item)
+
+
+def _runs(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except OSError:
+        return True
+    return True
+
+
+def _remove(place: Path) -> None:
+    if place.is_dir() and not place.is_symlink():
+        shutil.rmtree(place)
+    else:
+        place.unlink(missing_ok=True)

@@ -32,6 +32,9 @@ def metrics_json(
     paired = by is not None and len({row.group for row in groups}) <= MAX_PAIRED
     if by is not None and not paired:
         warnings.append(f"{by!r} has more than {MAX_PAIRED} values: differences between pairs are left out")
+    differences = metrics.differences(by, **options) if by and paired else []
+    if paired and not differences and len({row.group for row in groups}) > 1:
+        warnings.append(f"no participant is in two groups of {by!r}: there are no paired differences")
     learned = metrics.learning(learning_by, over=learning_over, level=level) if learning_by else []
     return {
         **metrics.provenance,
@@ -46,7 +49,7 @@ def metrics_json(
         "not_available": dict(metrics.not_available),
         "trials": _trials(metrics),
         "groups": [asdict(row) for row in groups],
-        "differences": [asdict(row) for row in metrics.differences(by, **options)] if by and paired else [],
+        "differences": [asdict(row) for row in differences],
         "learning": [{**asdict(row), "rounds": [asdict(one) for one in row.rounds]} for row in learned],
         "warnings": warnings,
     }

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ppinfer.studies.metrics.over_participants import LEVEL, over_participants
+from ppinfer.studies.metrics.cells import Cells, refuse_many
+from ppinfer.studies.metrics.grouping import UNKNOWN_ROUND
+from ppinfer.studies.metrics.over_participants import LEVEL, cell_means, over_participants
 
 
 @dataclass(frozen=True)
@@ -128,3 +131,54 @@ def learning_of(
         if count > 0
     )
     return Learning(group, metric, rows, mean, sem, t, max(n - 1, 0), p, low, high, n)
+
+
+def learning_in_cells(
+    names: Sequence[str],
+    values: Float[np.ndarray, "trial metric"],
+    cells: Cells,
+    when: Int[np.ndarray, " trial"],
+    *,
+    level: float = LEVEL,
+) -> list[Learning]:
+    """Return how each metric changes over rounds in each group.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of the metrics.
+    values : (trial, metric) float64
+        NaN = undefined.
+    cells : Cells
+        The participant and the group of each trial.
+    when : (trial,) int64
+        The round of each trial; -1 = unknown, and left out.
+    level : float
+        Probability of the interval.
+
+    Raises
+    ------
+    LogError
+        If there are too many rounds.
+
+    Examples
+    --------
+    >>> cells = Cells.of({"participant": np.array(["ann", "ann"])}, None)
+    >>> learning_in_cells(["score"], np.array([[1.0], [4.0]]), cells, np.array([0, 1]))[0].slope
+    3.0
+    """
+    known = when != UNKNOWN_ROUND
+    time, cell = when[known].astype(np.float64), cells.cell[known]
+    rounds, at = np.unique(when[known], return_inverse=True)
+    refuse_many(rounds.size, "rounds have")
+    shape = len(cells.people), len(cells.labels)
+    told = []
+    for metric, column in zip(names, values[known].T, strict=True):
+        by_round, _ = cell_means(column, cell * rounds.size + at.reshape(-1), cells.size * rounds.size)
+        table = by_round.reshape(*shape, rounds.size)
+        slope = slopes(column, time, cell, cells.size).reshape(shape)
+        told += [
+            learning_of(label, metric, table[:, index], rounds, slope[:, index], level=level)
+            for index, label in enumerate(cells.labels)
+        ]
+    return told

@@ -15,11 +15,12 @@ from jaxtyping import Float, Shaped
 from ppinfer.errors import LogError
 from ppinfer.studies.blocks import iter_blocks
 from ppinfer.studies.checksums import file_sha256
+from ppinfer.studies.faults import Report
 from ppinfer.studies.log_inference import ppinfer_version
 from ppinfer.studies.metrics.context import TrialContext
 from ppinfer.studies.metrics.grouping import grouping_columns
 from ppinfer.studies.metrics.idle_rule import idle_rule
-from ppinfer.studies.metrics.idleness import IdleFrom, IdleRule
+from ppinfer.studies.metrics.idleness import IdleFrom, IdleRule, flag_of
 from ppinfer.studies.metrics.metric import Metric
 from ppinfer.studies.metrics.registry import METRICS
 from ppinfer.studies.metrics.roles import ROLES, Roles
@@ -83,7 +84,7 @@ def trial_metrics(
     (('duration_s', 'human_segments_per_minute'), 'the log has no stops')
     """
     asked = _asked(names)
-    with _opened(log) as (opened, provenance):
+    with _opened(log) as (opened, provenance, found):
         roles = Roles.of(opened, robot=robot, human=human)
         rule = idle_rule(opened, roles, idle=idle, idle_speed=idle_speed, max_samples=block_samples)
         reasons = {metric.name: metric.missing(opened, roles) for metric in asked}
@@ -117,7 +118,11 @@ def trial_metrics(
         ),
         columns,
         missing,
-        _warnings(values, possible, rule, columns["participant"], simulated),
+        (
+            *(found if any("position" in metric.needs for metric in possible) else []),
+            *_strangers(names, roles),
+            *_warnings(values, possible, rule, columns["participant"], simulated),
+        ),
         {
             **provenance,
             "options": {"robot": roles.robot, "human": roles.human, "idle": rule.to_json()},
@@ -146,20 +151,30 @@ def _refuse_missing(names: Sequence[str | Metric] | None, missing: dict[str, str
 @contextmanager
 def _opened(
     log: xr.Dataset | str | os.PathLike[str],
-) -> Iterator[tuple[xr.Dataset, dict[str, Any]]]:
+) -> Iterator[tuple[xr.Dataset, dict[str, Any], list[str]]]:
     about = {"ppinfer_version": ppinfer_version()}
     if isinstance(log, xr.Dataset):
-        yield log, {"log": str(log.attrs.get("title", "")), "input_sha256": None, **about}
+        yield log, {"log": str(log.attrs.get("title", "")), "input_sha256": None, **about}, []
         return
     source = Path(log)
+    about |= {"log": source.name, "input_sha256": file_sha256(source)}
     if is_recording(source):
         recording = read_recording(source)
-        validate_log(recording).raise_if_faulty()
-        yield recording, {"log": source.name, "input_sha256": file_sha256(source), **about}
+        yield recording, about, _jumps(validate_log(recording))
         return
-    validate_log(source).raise_if_faulty()
+    found = _jumps(validate_log(source))
     with open_log(source) as opened:
-        yield opened, {"log": source.name, "input_sha256": file_sha256(source), **about}
+        yield opened, about, found
+
+
+def _jumps(report: Report) -> list[str]:
+    report.raise_if_faulty()
+    return [
+        f"{warning.message.removesuffix('; this is the first')}: they are part of paths, of speeds and of the time "
+        "in which an agent is active"
+        for warning in report.warnings
+        if warning.kind == "implausible-jump"
+    ]
 
 
 def _measured(
@@ -193,6 +208,14 @@ def _checked(metric: Metric, trials: TrialContext) -> Float[np.ndarray, " trial"
     return values
 
 
+def _strangers(names: Sequence[str | Metric] | None, roles: Roles) -> list[str]:
+    if names is not None or any(roles.index(role) is not None for role in ROLES):
+        return []
+    return [
+        f"nobody is the robot or the human: the agents are {', '.join(roles.agents)}; say with --robot and --human"
+    ]
+
+
 def _warnings(
     values: Float[np.ndarray, "trial metric"],
     metrics: Sequence[Metric],
@@ -200,7 +223,8 @@ def _warnings(
     participant: Shaped[np.ndarray, " trial"],
     simulated: bool,
 ) -> tuple[str, ...]:
-    told = [rule.unused] if rule.unused else []
+    judged = any(flag_of(role) in metric.reads for role in ROLES for metric in metrics)
+    told = [rule.unused] if rule.unused and judged else []
     names = [metric.name for metric in metrics]
     for role in ROLES:
         name = f"{role}_unseen_share"

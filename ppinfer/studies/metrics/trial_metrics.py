@@ -11,14 +11,13 @@ import numpy as np
 from jaxtyping import Float, Int, Shaped
 
 from ppinfer.errors import LogError
-from ppinfer.studies.metrics.cells import Cells, refuse_many
-from ppinfer.studies.metrics.grouping import UNKNOWN_ROUND, column_of
-from ppinfer.studies.metrics.learning_effects import Learning, learning_of, slopes
+from ppinfer.studies.metrics.cells import Cells
+from ppinfer.studies.metrics.grouping import column_of
+from ppinfer.studies.metrics.learning_effects import Learning, learning_in_cells
 from ppinfer.studies.metrics.over_participants import (
     LEVEL,
     RESAMPLES,
     OverParticipants,
-    cell_means,
     over_participants,
 )
 from ppinfer.studies.metrics.summaries import GroupMean, MetricFacts, PairedDifference
@@ -132,15 +131,14 @@ class TrialMetrics:
             If there is no such column, or it has too many values.
         """
         cells = Cells.of(self.columns, column)
-        told = []
-        for metric in self.names:
-            means, count = cells.means(self.values_of(metric))
-            found = over_participants(means, resamples=resamples, seed=seed, level=level)
-            told += [
-                GroupMean(label, metric, *_numbers(found, at), int(count[:, at].sum()))
-                for at, label in enumerate(cells.labels)
-            ]
-        return told
+        means, count = self._means(cells)
+        # all at once: the same participants are drawn for all that the same participants have
+        found = over_participants(means, resamples=resamples, seed=seed, level=level)
+        rows = itertools.product(self.names, cells.labels)
+        return [
+            GroupMean(label, metric, *_numbers(found, at), int(count[:, at].sum()))
+            for at, (metric, label) in enumerate(rows)
+        ]
 
     def differences(
         self,
@@ -171,18 +169,15 @@ class TrialMetrics:
         if not pairs:
             return []
         first, second = np.array(pairs).T
-        told = []
-        for metric in self.names:
-            means, _ = cells.means(self.values_of(metric))
-            found = over_participants(
-                means[:, first] - means[:, second], resamples=resamples, seed=seed, level=level
-            )
-            told += [
-                PairedDifference(labels[a], labels[b], metric, *_numbers(found, at))
-                for at, (a, b) in enumerate(pairs)
-                if found.participants[at]
-            ]
-        return told
+        means = self._means(cells)[0].reshape(len(cells.people), len(self.names), len(labels))
+        differences = (means[..., first] - means[..., second]).reshape(len(cells.people), -1)
+        found = over_participants(differences, resamples=resamples, seed=seed, level=level)
+        rows = itertools.product(self.names, pairs)
+        return [
+            PairedDifference(labels[a], labels[b], metric, *_numbers(found, at))
+            for at, (metric, (a, b)) in enumerate(rows)
+            if found.participants[at]
+        ]
 
     def learning(
         self,
@@ -219,24 +214,7 @@ class TrialMetrics:
             raise LogError(
                 f"rounds are counted by whole numbers, and {name!r} is text; give another column, or 'order'"
             )
-        known = when != UNKNOWN_ROUND
-        rounds, at = np.unique(when[known], return_inverse=True)
-        refuse_many(rounds.size, f"{name!r} has")
-        shape = len(cells.people), len(cells.labels)
-        told = []
-        for metric in self.names:
-            values = self.values_of(metric)[known]
-            by_round, _ = cell_means(
-                values, cells.cell[known] * rounds.size + at.reshape(-1), cells.size * rounds.size
-            )
-            table = by_round.reshape(*shape, rounds.size)
-            slope = slopes(values, when[known].astype(np.float64), cells.cell[known], cells.size)
-            of_person = slope.reshape(shape)
-            told += [
-                learning_of(label, metric, table[:, index], rounds, of_person[:, index], level=level)
-                for index, label in enumerate(cells.labels)
-            ]
-        return told
+        return learning_in_cells(self.names, self.values, cells, when, level=level)
 
     def rounds_are(self, column: str | None = "condition", over: str | None = None) -> str:
         """Return what `learning` counts rounds by: a column's name, or ``"order"``."""
@@ -338,6 +316,17 @@ class TrialMetrics:
             resamples=resamples,
             seed=seed,
             level=level,
+        )
+
+    def _means(
+        self, cells: Cells
+    ) -> tuple[Float[np.ndarray, "participant statistic"], Int[np.ndarray, "participant statistic"]]:
+        """Return each participant's mean of each metric in each group, and of how many trials it is."""
+        found = [cells.means(column) for column in self.values.T]
+        nothing = np.empty((len(cells.people), 0))
+        return (
+            np.concatenate([nothing, *(means for means, _ in found)], axis=1),
+            np.concatenate([nothing.astype(np.int64), *(count for _, count in found)], axis=1),
         )
 
     def _repr_html_(self) -> str:

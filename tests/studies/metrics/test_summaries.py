@@ -65,6 +65,7 @@ def test_differences_are_paired_over_participants_who_were_in_both():
 
 def test_groups_without_a_common_participant_are_not_compared():
     assert table(ROWS).differences("participant") == []
+    assert "no participant is in two groups" in table(ROWS).to_json("participant")["warnings"][-1]
 
 
 def test_one_participant_has_means_and_no_errors():

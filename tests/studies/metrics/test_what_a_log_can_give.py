@@ -121,3 +121,21 @@ def test_simulated_trials_are_said_to_be():
     assert not trial_metrics(log).warnings or "simulated" not in " ".join(trial_metrics(log).warnings)
     log["seed"] = ("trial", np.arange(12))
     assert "the trials are simulated" in " ".join(trial_metrics(log).warnings)
+
+
+def test_a_log_of_two_strangers_asks_who_they_are():
+    log = build_log(
+        agents=["ann", "bob"], row_size=[2], time=[0.0, 1.0], position=np.ones((2, 2, 2)).cumsum(axis=0)
+    )
+    told = " ".join(trial_metrics(log).warnings)
+    assert "nobody is the robot or the human: the agents are ann, bob" in told
+    assert "nobody is" not in " ".join(trial_metrics(log, human="ann").warnings)
+
+
+def test_steps_that_cannot_be_are_told_where_they_count(tmp_path):
+    position = np.arange(40.0).reshape(20, 1, 2)
+    position[10] += 5000.0
+    log = build_log(agents=["human"], row_size=[20], time=np.arange(20.0), position=position)
+    write_log(log, tmp_path / "log.nc")
+    assert "2 steps of 'human' are faster than" in trial_metrics(tmp_path / "log.nc").warnings[0]
+    assert "faster" not in " ".join(trial_metrics(tmp_path / "log.nc", names=["duration_s"]).warnings)

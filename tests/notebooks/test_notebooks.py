@@ -16,7 +16,7 @@ pytest.importorskip("ipywidgets", reason="notebooks need the extra 'notebooks'")
 ROOT = Path(__file__).parents[2]
 NOTEBOOKS = ROOT / "notebooks"
 LISTED = tomllib.loads((NOTEBOOKS / "manifest.toml").read_text(encoding="utf-8"))["notebook"]
-LONGEST = 200
+LONGEST = 220
 
 
 @pytest.fixture(scope="module")

@@ -93,6 +93,7 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.cli.output import print_json
     from ppinfer.cli.progress import progress_bar
     from ppinfer.cli.targets import check_output
+    from ppinfer.errors import printable
     from ppinfer.studies.csv_writing import write_csv
     from ppinfer.studies.metrics import trial_metrics
 
@@ -119,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         write_csv(args.output, metrics.table())
     for warning in found["warnings"]:
-        print(f"ppinfer metrics: warning: {warning}", file=sys.stderr)
+        print(f"ppinfer metrics: warning: {printable(warning)}", file=sys.stderr)
     if args.json:
         print_json(found)
     else:

@@ -27,16 +27,21 @@ def _finite(value: object) -> object:
 
 
 def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a small table; what comes from a log is text, never markup."""
+    """Print a small table; what comes from a log is text, never markup, and nothing in it acts on a terminal."""
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(title=Text(title), title_justify="left", show_header=any(columns))
+    from ppinfer.errors import printable
+
+    def shown(text: str) -> Text:
+        return Text(printable(text, keep="\n"))
+
+    table = Table(title=shown(title), title_justify="left", show_header=any(columns))
     for column in columns:
-        table.add_column(Text(column))
+        table.add_column(shown(column))
     for row in rows:
-        table.add_row(*(Text(cell) for cell in row))
+        table.add_row(*map(shown, row))
     console = Console()
     # what is not read on a terminal is not to be wrapped at the width of one
     (console if console.is_terminal else Console(width=_WIDE)).print(table)

@@ -140,9 +140,13 @@ def test_files_that_are_no_logs_are_refused_in_one_line(tmp_path, capsys, name):
 
 def test_names_from_a_log_are_text_in_tables_and_no_formulas_in_the_csv(tmp_path, capsys):
     log = example_log(participants=2, trials=2)
-    log["participant"] = ("trial", np.array(["=cmd()", "=cmd()", "[red]b", "[red]b"], dtype=object))
+    names = ["=cmd()", "=cmd()", "[red]b", "\x1b[31mc"]
+    log["participant"] = ("trial", np.array(names, dtype=object))
     write_log(log, tmp_path / "log.nc")
     line = ("--by", "participant", "--names", "duration_s", "-o", tmp_path / "trials.csv")
     assert run_one("metrics", tmp_path / "log.nc", *line) == 0
-    assert "[red]b" in capsys.readouterr().out
+    out = capsys.readouterr().out
+    assert "[red]b" in out
+    assert "\\x1b[31mc" in out
+    assert "\x1b" not in out
     assert "'=cmd()" in (tmp_path / "trials.csv").read_text()

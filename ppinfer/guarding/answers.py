@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import importlib
+import re
 from dataclasses import asdict
 from typing import Any
 
 import ppinfer.errors
 from ppinfer.errors import PPInferError
 
+# what libraries in C say of it
+_NO_MEMORY = re.compile(
+    r"memory allocation failed|out of memory|(can't|cannot|unable to) allocate", re.IGNORECASE
+)
 _FAULTS = "ppinfer.studies.faults"
 
 
@@ -28,8 +33,7 @@ def told_error(error: Exception) -> dict[str, Any]:
         return {
             "class": "FaultyLogError",
             "source": faulty.source,
-            "faults": [asdict(fault) for fault in faulty.faults],
-            "counts": faulty.counts,
+            "faults": {"listed": [asdict(fault) for fault in faulty.faults], "counts": faulty.counts},
         }
     if isinstance(error, PPInferError):
         return {"class": type(error).__name__, "message": str(error)}
@@ -53,10 +57,7 @@ def error_told(told: dict[str, Any]) -> Exception:
     if told["class"] == "FaultyLogError":
         # by name: what is known of logs lies above this package
         faults: Any = importlib.import_module(_FAULTS)
-        kept = faults.Faults([faults.Fault(**fault) for fault in told["faults"]])
-        kept.counts.clear()
-        kept.counts.update(told["counts"])
-        error: Exception = faults.FaultyLogError(told["source"], kept)
+        error: Exception = faults.FaultyLogError(told["source"], faults.Faults.from_json(told["faults"]))
         return error
     kind = getattr(ppinfer.errors, told["class"], PPInferError)
     known: Exception = kind(told["message"])
@@ -66,7 +67,7 @@ def error_told(told: dict[str, Any]) -> Exception:
 def _is_memory(error: BaseException | None) -> bool:
     # readers turn whatever goes wrong into errors of their own, which name what they came from
     while error is not None:
-        if isinstance(error, MemoryError):
+        if isinstance(error, MemoryError) or _NO_MEMORY.search(str(error)):
             return True
         error = error.__cause__
     return False

@@ -23,6 +23,8 @@ IDLE_SECONDS = 300.0
 _MOST_ANSWER = 1 << 26
 _PROGRESS_SECONDS = 0.1
 _OPEN_FILES = 512
+_LEAST_MEMORY = 1 << 26
+"""With less than this a library crashes where it should say that there is no memory."""
 
 
 def serve(*, forking: bool, preloaded: Sequence[str]) -> None:
@@ -194,7 +196,7 @@ def _limit(request: dict[str, Any]) -> None:
     if sys.platform == "linux":
         with open("/proc/self/statm") as file:
             pages = int(file.read().split()[0])
-        limits["RLIMIT_AS"] = pages * resource.getpagesize() + request["memory"]
+        limits["RLIMIT_AS"] = pages * resource.getpagesize() + max(request["memory"], _LEAST_MEMORY)
     for name, most in limits.items():
         which = getattr(resource, name)
         _, hard = resource.getrlimit(which)

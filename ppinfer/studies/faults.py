@@ -140,6 +140,34 @@ class Faults:
         if self.counts[kind] == 0:
             del self.counts[kind]
 
+    def extend(self, others: Faults) -> None:
+        """Count all faults of another collection, and keep those that are listed there as far as there is room."""
+        for fault in others.listed:
+            if self.counts[fault.kind] < self.limit:
+                self.listed.append(fault)
+            self.counts[fault.kind] += fault.count
+        listed = Counter(fault.kind for fault in others.listed for _ in range(fault.count))
+        self.counts.update({kind: count - listed[kind] for kind, count in others.counts.items()})
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what `from_json` makes the same collection of."""
+        return {"listed": [asdict(fault) for fault in self.listed], "counts": dict(self.counts)}
+
+    @classmethod
+    def from_json(cls, told: Mapping[str, Any]) -> Faults:
+        """Return the collection that `to_json` told.
+
+        Examples
+        --------
+        >>> told = Faults([Fault("not-finite", "x is inf", line=line) for line in range(50)]).to_json()
+        >>> (len(told["listed"]), Faults.from_json(told).to_json() == told)
+        (20, True)
+        """
+        faults = cls(Fault(**fault) for fault in told["listed"])
+        faults.counts.clear()
+        faults.counts.update(told["counts"])
+        return faults
+
     def lines(self) -> list[str]:
         """Return one line a listed fault, and one line for what is left out of each kind."""
         return [str(fault) for fault in self.listed] + _unlisted(self.listed, self.counts)

@@ -154,10 +154,11 @@ def walk_table(
     faults = Faults()
     columns = [(str(column), str(entry)) for column, entry in wanted]
     table = read_table(Path(path), columns, FileOptions.model_validate(options), faults)
-    if table is not None:
-        for column in table.columns:
-            table.columns[column].validate(full=True)
-            table.text(column)
+    if table is None:
+        return {"faults": faults.to_json()}
+    for column in table.columns:
+        table.columns[column].validate(full=True)
+        table.text(column)
     return {}
 
 

@@ -167,7 +167,7 @@ class RecordingWriter:
                     f"{self.path}: is a recording of another study (its header differs); record to another name"
                 )
             keep = len(header)
-            for number, line in enumerate(lines_of(file, str(self.path)), start=2):
+            for number, line in enumerate(lines_of(file, str(self.path), first=2), start=2):
                 if not line.endswith(b"\n"):
                     self.dropped = _torn(number, line)
                     break

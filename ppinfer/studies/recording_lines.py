@@ -98,8 +98,8 @@ def _line(told: Mapping[str, Any]) -> bytes:
     return f'{LINE_PREFIX}{check:08x}", {body[1:]}\n'.encode()
 
 
-def lines_of(file: IO[bytes], name: str) -> Iterator[bytes]:
-    r"""Yield the lines of a recording; one that no trial can be as long as is a `LogError`.
+def lines_of(file: IO[bytes], name: str, *, first: int = 1) -> Iterator[bytes]:
+    r"""Yield the lines of a recording, of which the first has a number; one that is too long is a `LogError`.
 
     Examples
     --------
@@ -107,7 +107,7 @@ def lines_of(file: IO[bytes], name: str) -> Iterator[bytes]:
     >>> list(lines_of(io.BytesIO(b"one\ntwo"), "study.jsonl"))
     [b'one\n', b'two']
     """
-    number = 0
+    number = first - 1
     while line := file.readline(MOST_LINE + 1):
         number += 1
         if len(line) > MOST_LINE:
@@ -231,7 +231,9 @@ def _unpacked(told: Mapping[str, Any]) -> Shaped[np.ndarray, "*_"]:
 
 def _known_type(name: str, told: Any) -> str:
     if not isinstance(told, str) or told not in _TYPES:
-        raise ValueError(f"variable {name!r} is of type {told!r}; expected one of {', '.join(sorted(_TYPES))}")
+        raise ValueError(
+            f"variable {name!r} is of type {told!r}; expected one of {', '.join(sorted(_TYPES))}"
+        )
     return told
 
 

@@ -93,6 +93,9 @@ def _files(path: Path) -> Iterator[Path]:
                 mode = entry.stat(follow_symlinks=False).st_mode
                 place = Path(entry.path)
                 inside = place.relative_to(path).as_posix()
+                if "\\" in entry.name:
+                    # what is a folder within a folder on another system
+                    raise LogError(f"{path}: {inside!r} is a name that leads out of the store")
                 if stat.S_ISLNK(mode):
                     raise LogError(f"{path}: {inside!r} is a link; a store holds all of its content itself")
                 if stat.S_ISDIR(mode):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import zipfile
 from pathlib import Path
-from typing import IO
+from typing import Any
 
 import numpy as np
 from jaxtyping import Shaped
@@ -64,8 +64,8 @@ def _check_members(members: list[zipfile.ZipInfo], size: int, file: str, faults:
         faults.add(Fault("unreadable", told, file=file))
         return
     names = [member.filename for member in members]
-    for member in members:
-        name = member.filename
+    # the last of each name: that there are others is what is wrong then
+    for name, member in {member.filename: member for member in members}.items():
         problem = None
         if names.count(name) > 1:
             problem = f"is there {names.count(name)} times"
@@ -86,7 +86,7 @@ def _check_members(members: list[zipfile.ZipInfo], size: int, file: str, faults:
         faults.add(Fault("unreadable", told, remedy, file=file))
 
 
-def _check_header(stream: IO[bytes], size: int, file: str, name: str, faults: Faults) -> bool:
+def _check_header(stream: Any, size: int, file: str, name: str, faults: Faults) -> bool:
     """Return whether an array is plain and as large as it says; otherwise say so."""
     version = np.lib.format.read_magic(stream)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0

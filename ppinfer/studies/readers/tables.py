@@ -159,7 +159,11 @@ def read_table(
     LogError
         If reading it takes more time or memory than a file may, or crashes what reads it (see `ppinfer.guarding`).
     """
-    with guarding.admitted("table", path, wanted=list(wanted), options=options.model_dump()):
+    with guarding.admitted("table", path, wanted=list(wanted), options=options.model_dump()) as known:
+        if known.get("faults"):
+            # found by the process that reads files under limits: this one need not look at the file
+            faults.extend(Faults.from_json(known["faults"]))
+            return None
         return _told(path, wanted, options, faults)
 
 
@@ -173,7 +177,7 @@ def _told(
             faults.add(Fault("unreadable", "there is no such file", file=str(path)))
             return None
         return _read(path, wanted, options, faults)
-    except LogError:
+    except (LogError, MemoryError):
         raise
     except (pa.ArrowException, OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
         reason = " ".join(str(error).split())[:200]
@@ -250,6 +254,8 @@ def _plain_columns(table: Any, path: Path, faults: Faults) -> Any:
             if pa.types.is_binary(kind) or pa.types.is_large_binary(kind):
                 raise pa.ArrowInvalid("bytes are no text")
             table = table.set_column(index, name, table.column(index).cast(pa.string()))
+        except MemoryError:
+            raise
         except pa.ArrowException:
             told = f"holds values of type {kind}"
             faults.add(Fault("wrong-type", told, "write numbers or text", file=path.name, column=name))

@@ -48,12 +48,19 @@ class Explorer:
     controls
         The widgets by name; setting ``controls[name].value`` in a program does what moving it does.
     complaint
-        What was wrong with the last move, in one line, "" where nothing was: then the picture is the one before.
+        What was wrong with the last move, in one line: then the picture is the one before. "" where nothing was.
+
+    Examples
+    --------
+    >>> from ipywidgets import IntSlider
+    >>> shown = explore(lambda ax, slope: ax.axline((0, 0), slope=slope), slope=IntSlider(value=2))
+    >>> isinstance(shown, Explorer), shown.values, shown.complaint
+    (True, {'slope': 2}, '')
     """
 
     def __init__(
         self,
-        draw: Callable[..., None],
+        draw: Callable[..., object],
         controls: dict[str, Any],
         *,
         figsize: tuple[float, float],
@@ -137,7 +144,7 @@ class Explorer:
 
 
 def explore(
-    draw: Callable[..., None],
+    draw: Callable[..., object],
     *,
     figsize: tuple[float, float] = (9.0, 3.6),
     widths: tuple[float, ...] = (1.0,),

@@ -26,6 +26,9 @@ examples:
   ppinfer metrics LOG.nc --names score collisions --by condition --learning-by condition -o trials.csv
 """
 
+# groups that are columns of one table; more have a row each
+_SIDE_BY_SIDE = 6
+
 
 def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     """Add the command and its arguments."""
@@ -135,23 +138,42 @@ def print_metrics(path: str, metrics: TrialMetrics, found: dict[str, Any]) -> No
     units = {metric.name: metric.units for metric in metrics.metrics}
     people = len(set(metrics.participant.tolist()))
     by = found["by"]
-    print_table(
-        f"{path}: {len(metrics.values):,} trials of {people:,} participants (mean ± SEM over participants, "
-        f"{100 * found['options']['level']:g} % bootstrap interval)",
-        ("metric", *([str(by)] if by else []), "mean", "interval", "units", "participants", "trials"),
-        [
-            (
-                row["metric"],
-                *([row["group"]] if by else []),
-                _with_error(row["mean"], row["sem"]),
-                _interval(row["low"], row["high"]),
-                units[row["metric"]],
-                str(row["participants"]),
-                str(row["trials"]),
-            )
-            for row in found["groups"]
-        ],
-    )
+    title = f"{path}: {len(metrics.values):,} trials of {people:,} participants (mean ± SEM over participants"
+    groups = list(dict.fromkeys(row["group"] for row in found["groups"]))
+    if by and 1 < len(groups) <= _SIDE_BY_SIDE:
+        cells = {(row["metric"], row["group"]): row for row in found["groups"]}
+        print_table(
+            f"{title}, by {by})",
+            ("metric", *groups, "units"),
+            [
+                (
+                    name,
+                    *(
+                        _with_error(row["mean"], row["sem"]) if row else ""
+                        for row in _across(cells, name, groups)
+                    ),
+                    units[name],
+                )
+                for name in dict.fromkeys(row["metric"] for row in found["groups"])
+            ],
+        )
+    else:
+        print_table(
+            f"{title}, {100 * found['options']['level']:g} % bootstrap interval)",
+            ("metric", *([str(by)] if by else []), "mean", "interval", "units", "participants", "trials"),
+            [
+                (
+                    row["metric"],
+                    *([row["group"]] if by else []),
+                    _with_error(row["mean"], row["sem"]),
+                    _interval(row["low"], row["high"]),
+                    units[row["metric"]],
+                    str(row["participants"]),
+                    str(row["trials"]),
+                )
+                for row in found["groups"]
+            ],
+        )
     if found["differences"]:
         print_table(
             f"differences by {by}, paired over participants",
@@ -190,6 +212,12 @@ def print_metrics(path: str, metrics: TrialMetrics, found: dict[str, Any]) -> No
         print(f"not in this log: {', '.join(found['not_available'])}")
     if found["output"]:
         print(f"{found['output']}: {len(metrics.values):,} trials, {len(metrics.names)} metrics")
+
+
+def _across(
+    cells: dict[tuple[str, str], dict[str, Any]], name: str, groups: list[str]
+) -> list[dict[str, Any] | None]:
+    return [cells.get((name, group)) for group in groups]
 
 
 def _ends(rounds: list[dict[str, Any]]) -> list[dict[str, Any]]:

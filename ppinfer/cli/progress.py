@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from ppinfer.studies.progress import ProgressCallback
+if TYPE_CHECKING:
+    # what reads logs is loaded with that package
+    from ppinfer.studies.progress import ProgressCallback
 
 
 @contextmanager

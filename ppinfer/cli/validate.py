@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
+from typing import Any
+
+from ppinfer.errors import LogError, printable
 
 _DESCRIPTION = """\
 Check a study log (.nc, .zarr), a recording (.jsonl) or a posterior: structure, types, checksums,
@@ -34,25 +37,42 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 def run(args: argparse.Namespace) -> int:
     """Validate and print what was found."""
     from ppinfer.cli.output import print_json
-    from ppinfer.cli.progress import progress_bar
-    from ppinfer.studies.file_checks import validate_file
 
-    with progress_bar("checking samples") as progress:
-        report = validate_file(args.log, progress=progress)
+    found = _found(args.log)
+    report = found["report"]
     if args.json:
-        print_json(report.to_json())
-        return 0 if report.ok else 1
+        print_json(report)
+        return 0 if report["ok"] else 1
     counts = [
-        (report.sizes[name], name)
+        (report["sizes"][name], name)
         for name in ("trial", "sample", "segment", "replan")
-        if name in report.sizes
+        if name in report["sizes"]
     ]
     sizes = ", ".join(f"{count} {name}{'s' if count != 1 else ''}" for count, name in counts)
-    faults, warnings = sum(report.fault_counts.values()), sum(report.warning_counts.values())
-    verdict = "sound" if report.ok else f"{faults} fault{'s' if faults != 1 else ''}"
+    faults, warnings = sum(report["fault_counts"].values()), sum(report["warning_counts"].values())
+    verdict = "sound" if report["ok"] else f"{faults} fault{'s' if faults != 1 else ''}"
     if warnings:
         verdict += f", {warnings} warning{'s' if warnings != 1 else ''}"
-    print(f"{report.source}: {verdict}" + (f" ({sizes})" if sizes else ""))
-    for line in report.lines():
+    print(printable(f"{report['source']}: {verdict}" + (f" ({sizes})" if sizes else "")))
+    for line in found["lines"]:
         print(line)
-    return 0 if report.ok else 1
+    return 0 if report["ok"] else 1
+
+
+def _found(log: Path) -> dict[str, Any]:
+    """Return what `Report.told` does; what reads logs is loaded here only where the other process cannot be asked."""
+    from ppinfer.cli.progress import progress_bar
+    from ppinfer.guarding import asked
+
+    with progress_bar("checking samples") as progress:
+        try:
+            told: dict[str, Any] | None = asked("validate-file", log, progress=progress)
+        except LogError as error:
+            from ppinfer.studies.file_checks import unreadable_report
+
+            return unreadable_report(log, error).told()
+        if told is None:
+            from ppinfer.studies.file_checks import validate_file
+
+            told = validate_file(log, progress=progress).told()
+    return told

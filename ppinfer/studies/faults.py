@@ -146,8 +146,10 @@ class Faults:
             if self.counts[fault.kind] < self.limit:
                 self.listed.append(fault)
             self.counts[fault.kind] += fault.count
-        listed = Counter(fault.kind for fault in others.listed for _ in range(fault.count))
-        self.counts.update({kind: count - listed[kind] for kind, count in others.counts.items()})
+        unlisted = Counter(others.counts)
+        for fault in others.listed:
+            unlisted[fault.kind] -= fault.count
+        self.counts.update(unlisted)
 
     def to_json(self) -> dict[str, Any]:
         """Return what `from_json` makes the same collection of."""
@@ -206,6 +208,10 @@ class Report:
             dict(warnings.counts),
             dict(sizes or {}),
         )
+
+    def told(self) -> dict[str, Any]:
+        """Return the ``report`` as JSON and the ``lines`` that people read."""
+        return {"report": self.to_json(), "lines": self.lines()}
 
     @classmethod
     def from_json(cls, told: Mapping[str, Any]) -> Report:

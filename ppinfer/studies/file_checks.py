@@ -41,7 +41,7 @@ def validate_file(path: str | os.PathLike[str], *, progress: ProgressCallback = 
     try:
         told = guarding.asked("validate-file", source, progress=progress)
     except LogError as error:
-        return Report.of(str(source), Faults([_unreadable(source, error)]), Faults())
+        return unreadable_report(source, error)
     if told is not None:
         return Report.from_json(told["report"])
     if is_recording(source):
@@ -49,6 +49,17 @@ def validate_file(path: str | os.PathLike[str], *, progress: ProgressCallback = 
     if stated_format(source) == "posterior":
         return _posterior_report(source)
     return validate_log(source, progress=progress)
+
+
+def unreadable_report(source: Path, error: LogError) -> Report:
+    """Return the report of a file that cannot be read at all.
+
+    Examples
+    --------
+    >>> print(unreadable_report(Path("log.nc"), LogError("log.nc: is a pipe; give a file")).faults[0])
+    log.nc: is a pipe; give a file
+    """
+    return Report.of(str(source), Faults([_unreadable(source, error)]), Faults())
 
 
 def _recording_report(source: Path, progress: ProgressCallback) -> Report:

@@ -203,12 +203,12 @@ def _report(path: str, limits: Limits, validate: Callable[[], Report]) -> dict[s
         check_structure(path, limits)
     except LogError as error:
         fault = Fault("unreadable", str(error).removeprefix(f"{path}: "), file=path)
-        return {"report": Report.of(path, Faults([fault]), Faults()).to_json()}
+        return Report.of(path, Faults([fault]), Faults()).told()
     report = validate()
     readable = not {"checksum", "unreadable"} & set(report.fault_counts)
     # all was read and compared with what the file says of itself
     known = {"log": {"digest": stated_attribute(Path(path), DIGEST_ATTR)}} if readable else {}
-    return {"report": report.to_json(), "admits": known}
+    return {**report.told(), "admits": known}
 
 
 def _walk(dataset: xr.Dataset) -> None:

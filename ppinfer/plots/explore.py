@@ -127,7 +127,7 @@ class Explorer:
         try:
             self._redraw()
         except PPInferError as error:
-            self._says.value = " ".join(str(error).split())
+            self._says.value = str(error)
             return
         self._says.value = ""
         if self._handle is not None:

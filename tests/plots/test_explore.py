@@ -22,7 +22,7 @@ MODEL = GoalLQR(rationality=0.01, stay=0.98)
 def slope(ax, *, gain, name):
     """Draw a line of this slope."""
     if gain > 9:
-        raise ModelError("gain must be at most 9;\ngot more")
+        raise ModelError("gain must be at most 9; got more")
     ax.plot([0, 1], [0, gain], label=name)
 
 

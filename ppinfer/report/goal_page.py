@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ppinfer.report.goal_parts import calibration_parts, headline_parts, posterior_parts, scored_posterior
 from ppinfer.report.options import OF_LOGS_ONLY, ReportOptions
 from ppinfer.report.parts import Contents, sentence
+from ppinfer.report.score_metrics import score_metrics
+from ppinfer.report.sections.condition_tests import compare_conditions, tests_parts
 from ppinfer.report.sections.data_sheet import data_part, posterior_sheet
 from ppinfer.report.sections.faults import faults_part
+from ppinfer.report.sections.metrics import Measured, among, metrics_parts
 from ppinfer.report.sections.provenance import infer_command, made_part, posterior_provenance
 from ppinfer.report.source import Source
 from ppinfer.report.written import PageWriter, WrittenReport
@@ -18,6 +23,11 @@ def write_goal_page(source: Source, options: ReportOptions, writer: PageWriter) 
     options.refuse(source.given, ("model", "parameters", "robot", "human"), OF_LOGS_ONLY)
     with open_posterior(source.path) as posterior:
         scored = scored_posterior(posterior, options)
+        scores = score_metrics(scored)
+        measured = (
+            None if scores is None else Measured.of(among(scores, ~np.isnan(scores.values).all(axis=1)))
+        )
+        tested = None if measured is None else compare_conditions(measured)
         attrs = posterior.attrs
         span = "of the whole trial" if attrs.get("mode") == "smooth" else "so far"
         contents = Contents(
@@ -34,8 +44,12 @@ def write_goal_page(source: Source, options: ReportOptions, writer: PageWriter) 
                 "faults": [faults_part(source.checked, what="the posterior")],
                 "posteriors": posterior_parts(scored, options),
                 "calibration": calibration_parts(scored),
-                "metrics": [sentence("No metrics.")],
-                "tests": [sentence("No tests.")],
+                "metrics": metrics_parts(measured, drawn=measured.metrics.names)
+                if measured
+                else [sentence("Without true goals there is nothing to measure.")],
+                "tests": tests_parts(tested)
+                if tested
+                else [sentence("Nothing is tested, since nothing is scored.")],
                 "made": [
                     made_part(
                         source,
@@ -47,5 +61,10 @@ def write_goal_page(source: Source, options: ReportOptions, writer: PageWriter) 
             },
         )
         return writer.write(
-            contents, trials=scored.shown, scores=scored.scores, calibration=scored.calibration
+            contents,
+            trials=scored.shown,
+            scores=scored.scores,
+            calibration=scored.calibration,
+            metrics=measured,
+            tests=tested,
         )

@@ -29,8 +29,10 @@ from ppinfer.report.interaction_choice import HOW_CHOSEN, ChosenStretch, choose_
 from ppinfer.report.interaction_figures import game_figure, interaction_figure, safety_figure
 from ppinfer.report.options import Pair, ReportOptions
 from ppinfer.report.parts import Contents, Part, sentence
+from ppinfer.report.sections.condition_tests import compare_conditions, tests_parts
 from ppinfer.report.sections.data_sheet import data_part, log_sheet
 from ppinfer.report.sections.faults import faults_part
+from ppinfer.report.sections.metrics import measured_log, metrics_parts
 from ppinfer.report.sections.provenance import log_provenance, made_part
 from ppinfer.report.source import Source
 from ppinfer.report.trial_choice import named_trials, wanted_trials
@@ -68,6 +70,8 @@ def write_interaction_page(
     """Write the page about a log of two agents among goals; see `ppinfer.report.write_report`."""
     with open_log(source.path) as log:
         wanted = wanted_trials(log, options.participants, options.exclude)
+        measured = measured_log(log, wanted, robot=pair.robot, human=pair.human)
+        tested = compare_conditions(measured)
         named = None if options.trials is None else [each.index for each in named_trials(log, options.trials)]
         models: dict[str, GoalModel] = {COUPLED: GoalCoupled()}
         if options.model is not None or options.parameters:
@@ -97,8 +101,8 @@ def write_interaction_page(
                     *_safety_parts(shown, pair),
                 ],
                 "calibration": [_calibration_part(scored)],
-                "metrics": [] if told is None else [_game_part(told)],
-                "tests": [sentence("No tests.")],
+                "metrics": [*([] if told is None else [_game_part(told)]), *metrics_parts(measured)],
+                "tests": tests_parts(tested),
                 "made": [
                     made_part(
                         source,
@@ -114,6 +118,8 @@ def write_interaction_page(
             trials=tuple(dict.fromkeys(one.trial_id for one in shown.interactions)),
             game_performance=told,
             conditional_scores=tuple(scores),
+            metrics=measured,
+            tests=tested,
         )
 
 

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import xarray as xr
+from jaxtyping import Bool
 
 from ppinfer.errors import ImpossibleEvidenceError
 from ppinfer.report.facts import configuration_facts
@@ -24,8 +24,11 @@ from ppinfer.report.goal_parts import (
 from ppinfer.report.log_figures import overview_figure, trial_paths_figure
 from ppinfer.report.options import HUMAN, NO_SEGMENTS, SEGMENT_OPTIONS, ReportOptions
 from ppinfer.report.parts import Contents, Draw, Part, sentence
+from ppinfer.report.score_metrics import score_metrics
+from ppinfer.report.sections.condition_tests import Tested, compare_conditions, tests_parts
 from ppinfer.report.sections.data_sheet import data_part, log_sheet
 from ppinfer.report.sections.faults import faults_part
+from ppinfer.report.sections.metrics import Measured, measured_log, metrics_parts
 from ppinfer.report.sections.provenance import log_provenance, made_part
 from ppinfer.report.source import Source
 from ppinfer.report.trial_choice import ChosenTrial, named_trials, wanted_trials
@@ -45,80 +48,100 @@ def write_log_page(source: Source, options: ReportOptions, writer: PageWriter) -
             return _write_without_goals(source, options, writer, log, wanted)
         agent = _whose_goals(log, options)
         with _inferred(source, options, agent) as (posterior, impossible):
-            if posterior is None:
-                scored, parts = None, [sentence(impossible)]
-            else:
-                scored = scored_posterior(posterior, options)
-                parts = posterior_parts(scored, options, _note(source, options, agent, log))
-            contents = _contents(
-                source,
-                options,
+            scored = None if posterior is None else scored_posterior(posterior, options)
+            measured = measured_log(
                 log,
-                parts=parts,
-                scored=scored,
-                figures=[partial(overview_figure, log)],
-                impossible=impossible,
+                wanted,
+                robot=options.robot,
+                human=agent,
+                more=None if scored is None else score_metrics(scored),
             )
-            if scored is None:
-                return writer.write(contents)
+            tested = compare_conditions(measured)
+            parts = [sentence(f"{impossible}.")]
+            if scored is not None:
+                parts = posterior_parts(scored, options, _note(source, options, agent, log))
+            figures = [partial(overview_figure, log)]
+            contents = _contents(source, options, log, parts, scored, figures, measured, tested, impossible)
             return writer.write(
-                contents, trials=scored.shown, scores=scored.scores, calibration=scored.calibration
+                contents,
+                trials=() if scored is None else scored.shown,
+                scores=None if scored is None else scored.scores,
+                calibration=None if scored is None else scored.calibration,
+                metrics=measured,
+                tests=tested,
             )
 
 
 def _write_without_goals(
-    source: Source, options: ReportOptions, writer: PageWriter, log: xr.Dataset, wanted: Any
+    source: Source,
+    options: ReportOptions,
+    writer: PageWriter,
+    log: xr.Dataset,
+    wanted: Bool[np.ndarray, " trial"],
 ) -> WrittenReport:
     options.refuse(source.given, SEGMENT_OPTIONS, NO_SEGMENTS)
     options.refuse(
         source.given, ("model", "parameters"), "choose{s} how goals are inferred, and this log has none"
     )
     chosen = _chosen(log, options, wanted)
-    contents = _contents(
-        source,
-        options,
-        log,
-        parts=[sentence(_why_no_posterior(log))],
-        scored=None,
-        figures=[partial(overview_figure, log), partial(trial_paths_figure, log, chosen)],
-    )
+    measured = measured_log(log, wanted, robot=options.robot, human=options.human)
+    tested = compare_conditions(measured)
+    figures = [partial(overview_figure, log), partial(trial_paths_figure, log, chosen)]
+    parts = [sentence(_why_no_posterior(log))]
+    contents = _contents(source, options, log, parts, None, figures, measured, tested)
     names = log["trial_id"].values
-    return writer.write(contents, trials=[str(names[each.index]) for each in chosen])
+    return writer.write(
+        contents, trials=[str(names[each.index]) for each in chosen], metrics=measured, tests=tested
+    )
 
 
 def _contents(
     source: Source,
     options: ReportOptions,
     log: xr.Dataset,
-    *,
     parts: Sequence[Part],
     scored: ScoredPosterior | None,
     figures: Sequence[Draw],
+    measured: Measured,
+    tested: Tested,
     impossible: str = "",
 ) -> Contents:
     agents = [str(name) for name in log["agent"].values]
     who = agents[0] if len(agents) == 1 else f"{len(agents)} agents"
     goals = f" among {log.sizes['goal']} goals" if "goal_position" in log else ""
     model = [] if scored is None else configuration_facts(scored.posterior.attrs["configuration"])
+    trials = log.sizes["trial"]
+    shown = len(measured.metrics.values)
     return Contents(
         title=str(log.attrs.get("title") or "A study log"),
-        lead=f"The log {source.given.name}: {who}{goals}, in {log.sizes['trial']:,} trials.",
+        lead=f"The log {source.given.name}: {who}{goals}, in {trials:,} trial{'s' * (trials != 1)}.",
         headline=[] if scored is None else headline_parts(scored),
         warnings=[*([impossible] if impossible else []), *([] if scored is None else scored.warnings)],
         sections={
-            "data": [data_part(log_sheet(log), figures)],
+            "data": [data_part(log_sheet(log, shown=shown if shown < trials else None), figures)],
             "faults": [faults_part(source.checked, what="the log", notes=str(log.attrs.get("notes", "")))],
             "posteriors": parts,
             "calibration": [sentence("Nothing was inferred, so there is nothing to check.")]
             if scored is None
             else calibration_parts(scored),
-            "metrics": [sentence("No metrics.")],
-            "tests": [sentence("No tests.")],
+            "metrics": [*_roles(measured), *metrics_parts(measured)],
+            "tests": tests_parts(tested),
             "made": [
                 made_part(source, options, log_provenance(log), more=[("The posterior on this page", model)])
             ],
         },
     )
+
+
+def _roles(measured: Measured) -> list[Part]:
+    """Say which agents metrics call robot and human, where the log calls them something else."""
+    options = measured.metrics.provenance.get("options", {})
+    told = [
+        f"the {role} is {options[role]}"
+        for role in ("robot", "human")
+        if options.get(role) not in (None, role)
+    ]
+    return [sentence(f"In the names of metrics, {' and '.join(told)}.")] if told else []
 
 
 def _whose_goals(log: xr.Dataset, options: ReportOptions) -> str:
@@ -149,28 +172,29 @@ def _inferred(source: Source, options: ReportOptions, agent: str) -> Iterator[tu
 
 def _note(source: Source, options: ReportOptions, agent: str, log: xr.Dataset) -> str:
     model = options.goal_model().name
-    others = log.sizes["agent"] > 1 and options.human is None and HUMAN not in log["agent"].values
-    choose = " (the agent with most segments; --human says another)" if others else ""
-    return (
-        f"The log comes without a posterior over goals. That of {agent}{choose} was inferred for this page by {model}, "
-        f"{options.model_origin()} (ppinfer fit {source.given.name} --model {model} -o MODEL.toml, then --model "
-        "MODEL.toml)."
-        if options.model is None or "." not in options.model
-        else f"The log comes without a posterior over goals. That of {agent}{choose} was inferred for this page by "
-        f"{model}, {options.model_origin()}."
+    unsaid = log.sizes["agent"] > 1 and options.human is None and HUMAN not in log["agent"].values
+    whose = f"{agent} (the agent with most segments; --human says another)" if unsaid else agent
+    note = (
+        "The log comes without a posterior over goals. For this page, that over the goals of "
+        f"{whose} was inferred by {model}, {options.model_origin()}."
     )
+    if options.is_fitted:
+        return note
+    return f"{note} (“ppinfer fit {source.given.name} --model {model} -o MODEL.toml”, then “--model MODEL.toml” here.)"
 
 
 def _why_no_posterior(log: xr.Dataset) -> str:
     if "replan_row_size" in log:
         return (
-            "The log has replans and no goals. Who is the robot and who the human of them, --robot and --human say; or "
-            "see the posterior over theta (ppinfer infer --model personality)."
+            "The log has replans and no goals. --robot and --human say which of its agents these are: then the page "
+            "has what was believed over theta. “ppinfer infer --model personality” infers that anew."
         )
     return "The log has no goals, so nothing is inferred."
 
 
-def _chosen(log: xr.Dataset, options: ReportOptions, wanted: Any) -> tuple[ChosenTrial, ...]:
+def _chosen(
+    log: xr.Dataset, options: ReportOptions, wanted: Bool[np.ndarray, " trial"]
+) -> tuple[ChosenTrial, ...]:
     if options.trials is not None:
         return tuple(named_trials(log, options.trials))
     among = np.flatnonzero(wanted)

@@ -47,19 +47,23 @@ class ReportOptions:
             "exclude": self.exclude,
         }
 
+    @property
+    def is_fitted(self) -> bool:
+        """Whether the model's parameters come from a MODEL.toml (its name has a dot or a slash)."""
+        return self.model is not None and ("/" in self.model or "." in self.model)
+
     def goal_model(self) -> GoalModel:
-        """Return the model that infers goals of a log: by name, or from a MODEL.toml (it has a dot or a slash)."""
+        """Return the model that infers goals of a log: by name, or from a MODEL.toml."""
         name = self.model or DEFAULT_MODEL
-        if "/" not in name and "." not in name:
+        if not self.is_fitted:
             return make_model(name, self.parameters)
         read = read_model(name)
         return make_model(read.name, {**parameters_of(read), **self.parameters}) if self.parameters else read
 
     def model_origin(self) -> str:
         """Say where the model's parameters come from."""
-        name = self.model or DEFAULT_MODEL
-        if "/" in name or "." in name:
-            told = f"with the parameters of {Path(name).name}"
+        if self.is_fitted:
+            told = f"with the parameters of {Path(self.model or '').name}"
             return f"{told} and some given by hand" if self.parameters else told
         if self.parameters:
             return "with parameters given by hand, not fitted: fit before you conclude"

@@ -22,8 +22,10 @@ from ppinfer.report.parts import Contents, Part, sentence
 from ppinfer.report.play_facts import baselines, inferring_trials, personal_robots, play_facts
 from ppinfer.report.play_parts import NO_TRUE_THETA, belief_parts, performance_part, play_trials_part
 from ppinfer.report.play_trials import choose_plays, how_chosen
+from ppinfer.report.sections.condition_tests import compare_conditions, tests_parts
 from ppinfer.report.sections.data_sheet import data_part, log_sheet
 from ppinfer.report.sections.faults import faults_part
+from ppinfer.report.sections.metrics import measured_log, metrics_parts
 from ppinfer.report.sections.provenance import log_provenance, made_part
 from ppinfer.report.source import Source
 from ppinfer.report.trial_choice import named_trials, wanted_trials
@@ -47,6 +49,8 @@ def write_play_page(source: Source, options: ReportOptions, pair: Pair, writer: 
     )
     with open_log(source.path) as log:
         wanted = wanted_trials(log, options.participants, options.exclude)
+        measured = measured_log(log, wanted, robot=pair.robot, human=pair.human)
+        tested = compare_conditions(measured)
         named = None if options.trials is None else named_trials(log, options.trials)
         performance = _among(task_performance(log, robot=pair.robot, human=pair.human), wanted)
         beliefs = _beliefs(log, pair, wanted)
@@ -93,9 +97,10 @@ def write_play_page(source: Source, options: ReportOptions, pair: Pair, writer: 
                             if any(row["against"] == name for row in told["differences"])
                         ],
                         robots=personal_robots(performance, beliefs),
-                    )
+                    ),
+                    *metrics_parts(measured),
                 ],
-                "tests": [sentence("No tests.")],
+                "tests": tests_parts(tested),
                 "made": [made_part(source, options, log_provenance(log))],
             },
         )
@@ -105,6 +110,8 @@ def write_play_page(source: Source, options: ReportOptions, pair: Pair, writer: 
             trials=[str(names[each.index]) for each in chosen] if drawable else [],
             task_performance=told,
             beliefs=tuple(means) if means else None,
+            metrics=measured,
+            tests=tested,
         )
 
 

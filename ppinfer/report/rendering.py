@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from functools import cache
 from typing import TYPE_CHECKING
 
 from ppinfer.report.folder import GENERATOR
@@ -21,6 +23,7 @@ def render(template: str, **context: object) -> Markup:
     return Markup(_environment().get_template(template).render(generator=GENERATOR, **context))
 
 
+@cache
 def _environment() -> Environment:
     import jinja2
 
@@ -32,7 +35,8 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["number"] = number
+    for shown in (number, figures, error_decimals, p_value, bayes_factor):
+        environment.filters[shown.__name__] = shown
     return environment
 
 
@@ -45,3 +49,63 @@ def number(value: float | None, digits: int = 3) -> str:
     ('−0.25', '–')
     """
     return "–" if value is None or value != value else f"{value:.{digits}f}".replace("-", "−")
+
+
+def figures(value: float | None, digits: int = 4) -> str:
+    """Return a number of any size with so many significant figures.
+
+    Examples
+    --------
+    >>> figures(1234.5678), figures(-0.012345), figures(0.0), figures(None)
+    ('1235', '−0.01235', '0', '–')
+    """
+    if value is None or value != value:
+        return "–"
+    return f"{value:.{max(digits, len(f'{abs(value):.0f}')) if abs(value) < 1e9 else digits}g}".replace(
+        "-", "−"
+    )
+
+
+def error_decimals(mean: float | None, sem: float | None) -> int:
+    """Return to how many decimals a mean and its standard error are shown: two figures of the error.
+
+    Examples
+    --------
+    >>> error_decimals(19.0909, 0.3989), error_decimals(0.3479, 0.0094), error_decimals(12.0, 31.0)
+    (2, 4, 0)
+    """
+    size = sem if sem else mean
+    if size is None or size != size or not size or math.isinf(size):
+        return 0
+    return min(6, max(0, (1 if size is sem else 3) - math.floor(math.log10(abs(size)))))
+
+
+def p_value(value: float | None) -> str:
+    """Return a p-value: three digits, and nothing smaller than .001.
+
+    Examples
+    --------
+    >>> p_value(0.0312), p_value(1e-9), p_value(1.0)
+    ('.031', '< .001', '1')
+    """
+    if value is None or value != value:
+        return "–"
+    if value < 0.001:
+        return "< .001"
+    return "1" if value > 0.9995 else f"{value:.3f}".removeprefix("0")
+
+
+def bayes_factor(log_value: float | None) -> str:
+    """Return a Bayes factor, given its natural logarithm.
+
+    Examples
+    --------
+    >>> bayes_factor(0.0), bayes_factor(-2.0), bayes_factor(40.0)
+    ('1.00', '0.135', '2.4e+17')
+    """
+    if log_value is None or log_value != log_value:
+        return "–"
+    if abs(log_value) > 700:
+        return f"{'<' if log_value < 0 else '>'} 1e{'−' * (log_value < 0)}304"
+    value = math.exp(log_value)
+    return f"{value:.3g}" if 0.001 <= value < 1 else f"{value:.2f}" if 1 <= value < 1000 else f"{value:.1e}"

@@ -16,8 +16,11 @@ from ppinfer.report.options import HUMAN, NO_SEGMENTS, OF_LOGS_ONLY, ROBOT, SEGM
 from ppinfer.report.parts import Contents, sentence
 from ppinfer.report.play_parts import NO_TRUE_THETA, belief_parts, play_trials_part
 from ppinfer.report.play_trials import choose_plays, how_chosen
+from ppinfer.report.score_metrics import belief_metrics
+from ppinfer.report.sections.condition_tests import compare_conditions, tests_parts
 from ppinfer.report.sections.data_sheet import data_part
 from ppinfer.report.sections.faults import faults_part
+from ppinfer.report.sections.metrics import Measured, among, metrics_parts
 from ppinfer.report.sections.provenance import made_part, posterior_provenance
 from ppinfer.report.source import Source
 from ppinfer.report.trial_choice import named_trials, wanted_trials
@@ -45,6 +48,11 @@ def write_theta_page(source: Source, options: ReportOptions, writer: PageWriter)
     warnings = []
     if other not in beliefs.theta:
         warnings.append(f"theta has no label {other!r}, so that beliefs are not summed up")
+    measured = None
+    if told:
+        metrics = belief_metrics(posterior, beliefs, other)
+        measured = Measured.of(among(metrics, wanted & ~np.isnan(metrics.values[:, 0])))
+    tested = None if measured is None else compare_conditions(measured)
     if options.trials is None:
         chosen = choose_plays(beliefs, other, stops=None, among=wanted)
     else:
@@ -66,8 +74,12 @@ def write_theta_page(source: Source, options: ReportOptions, writer: PageWriter)
                 play_trials_part(posterior, chosen, viewer, other, how_chosen(other, stops=False), options),
             ],
             "calibration": [sentence(NO_TRUE_THETA)],
-            "metrics": [sentence("No metrics.")],
-            "tests": [sentence("No tests.")],
+            "metrics": metrics_parts(measured)
+            if measured
+            else [sentence("There are no beliefs to measure.")],
+            "tests": tests_parts(tested)
+            if tested
+            else [sentence("Nothing is tested, since nothing is measured.")],
             "made": [
                 made_part(
                     source,
@@ -80,7 +92,11 @@ def write_theta_page(source: Source, options: ReportOptions, writer: PageWriter)
     )
     names = posterior["trial_id"].values
     return writer.write(
-        contents, trials=[str(names[each.index]) for each in chosen], beliefs=tuple(told) if told else None
+        contents,
+        trials=[str(names[each.index]) for each in chosen],
+        beliefs=tuple(told) if told else None,
+        metrics=measured,
+        tests=tested,
     )
 
 

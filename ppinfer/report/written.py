@@ -11,6 +11,8 @@ from ppinfer.plots.replan_beliefs import MeanBelief
 from ppinfer.report.drawing import Drawn
 from ppinfer.report.folder import write_folder
 from ppinfer.report.parts import Contents
+from ppinfer.report.sections.condition_tests import Tested
+from ppinfer.report.sections.metrics import Measured
 from ppinfer.report.source import Source
 from ppinfer.studies.calibration import Calibration
 from ppinfer.studies.faults import Fault
@@ -48,6 +50,10 @@ class WrittenReport:
     conditional_scores
         Of a log of two agents among goals: the score of each belief about the human's goal after each share of the
         segments; None of other files.
+    metrics
+        The metrics of the trials, and what they are compared by; None where nothing is measured.
+    tests
+        Whether conditions differ in them; None where nothing is measured.
     warnings
         What a reader has to know.
     """
@@ -64,6 +70,8 @@ class WrittenReport:
     beliefs: tuple[MeanBelief, ...] | None = None
     game_performance: dict[str, list[dict[str, Any]]] | None = None
     conditional_scores: tuple[dict[str, Any], ...] | None = None
+    metrics: Measured | None = None
+    tests: Tested | None = None
 
     def to_json(self) -> dict[str, object]:
         """Return what ``ppinfer report --json`` prints."""
@@ -84,6 +92,8 @@ class WrittenReport:
                 {key: value for key, value in row.items() if key != "impossible"}
                 for row in self.conditional_scores
             ],
+            "metrics": None if self.metrics is None else self.metrics.to_json(),
+            "tests": None if self.tests is None else self.tests.to_json(),
             "faults": [asdict(fault) for fault in self.faults],
             "fault_warnings": [asdict(fault) for fault in self.fault_warnings],
             "warnings": list(self.warnings),

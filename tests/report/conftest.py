@@ -1,5 +1,7 @@
 """Figures are left blank unless a test asks for them: drawing takes longer than all else, and pictures have tests."""
 
+import gc
+
 import pytest
 from matplotlib.figure import Figure
 
@@ -17,3 +19,9 @@ def drawn_figures(undrawn_figures, monkeypatch):
     """Draw figures after all, coarsely."""
     monkeypatch.setattr(Figure, "savefig", _SAVE)
     monkeypatch.setattr("ppinfer.report.figures._DPI", 30)
+
+
+@pytest.fixture(autouse=True)
+def uncollected_garbage(monkeypatch):
+    """Let statsmodels adjust p-values without collecting garbage each time: among all that tests hold it is slow."""
+    monkeypatch.setattr(gc, "collect", lambda *generation: 0)

@@ -41,6 +41,7 @@ def test_the_page_of_a_study_has_its_pictures_tables_and_sheet(tmp_path, drawn_f
         "task-performance.png",
         "differences-1.png",
         "humans-1.png",
+        "metrics.png",
     ]
     text = report.page.read_text()
     page = Page(text)

@@ -13,6 +13,7 @@ from ppinfer.errors import LogError
 from ppinfer.studies.faults import Fault, Faults
 from ppinfer.studies.readers.mapping import closest
 from ppinfer.studies.readers.tables import Table
+from ppinfer.studies.statistics.reading import raise_with_hint
 from ppinfer.studies.surveys.instrument import Instrument
 from ppinfer.studies.surveys.reading import labelled, read_named_table
 from ppinfer.studies.surveys.survey import Survey
@@ -74,7 +75,7 @@ def read_orders(
     orders: dict[str, tuple[str, ...]] = {}
     if table is not None:
         orders = _orders(table, subject, positions, conditions, faults)
-    faults.raise_if_any(str(where))
+    raise_with_hint(where, instrument.file, faults)
     return orders
 
 

@@ -13,6 +13,7 @@ from jaxtyping import Float, Int
 from ppinfer.studies.faults import Fault, Faults
 from ppinfer.studies.readers.mapping import FileOptions, closest
 from ppinfer.studies.readers.tables import Labels, Table, read_table
+from ppinfer.studies.statistics.reading import raise_with_hint
 from ppinfer.studies.surveys.instrument import Instrument, folded
 from ppinfer.studies.surveys.survey import Survey
 
@@ -64,7 +65,7 @@ def read_survey(
     where = Path(path)
     faults = Faults()
     survey = _read(where, instrument, faults)
-    faults.raise_if_any(str(where))
+    raise_with_hint(where, instrument.file, faults)
     assert survey is not None
     return survey if keep_ids else survey.pseudonymised(seed)
 

@@ -198,7 +198,7 @@ class Survey:
             Fault(
                 "missing-answer",
                 "no answer" + (f" (condition {labels[row]!r})" if labels[row] else ""),
-                "choose how to treat it: drop-responses or mean-of-answered",
+                "choose --missing drop-responses or mean-of-answered",
                 file=self.source,
                 line=int(self.line[row]),
                 column=self.instrument.column(names[column]),

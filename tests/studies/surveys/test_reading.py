@@ -107,6 +107,11 @@ def test_semicolons_decimal_commas_and_other_points(tmp_path):
         read(tmp_path, text.replace("7,0", "2,5"), instrument)
 
 
+def test_another_delimiter_is_told_instead_of_all_the_columns_that_it_hides(tmp_path):
+    with pytest.raises(FaultyLogError, match="1 fault: cells seem to be separated by ';', not by ','"):
+        read(tmp_path, table([["u", "", "one", 1, 1, 1]], delimiter=";"))
+
+
 def test_a_parquet_table_is_read_alike(tmp_path):
     columns = {
         "user": [1, 2],

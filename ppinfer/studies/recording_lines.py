@@ -229,6 +229,12 @@ def _unpacked(told: Mapping[str, Any]) -> Shaped[np.ndarray, "*_"]:
     return np.frombuffer(content, told["type"]).reshape(told["shape"]).astype(kind, copy=False)
 
 
+def _described(name: str, told: Any) -> dict[str, Any]:
+    if not isinstance(told, dict):
+        raise ValueError(f"the attributes of variable {name!r} are {told!r}; an object is expected")
+    return told
+
+
 def _known_type(name: str, told: Any) -> str:
     if not isinstance(told, str) or told not in _TYPES:
         raise ValueError(
@@ -252,7 +258,7 @@ def told_trial(told: Mapping[str, Any]) -> Trial:
         name: (
             tuple(one["dims"]),
             np.array(one["values"], object if one["type"] == "str" else _known_type(name, one["type"])),
-            one.get("attrs", {}),
+            _described(name, one.get("attrs", {})),
         )
         for name, one in given.get("variables", {}).items()
     }

@@ -156,7 +156,8 @@ def changed_array(array: np.ndarray, rng: np.random.Generator) -> tuple[str, np.
         with np.errstate(all="ignore"):
             changed.ravel()[flat] = np.asarray(number).astype(array.dtype)
     else:
-        changed.ravel()[flat] = number
+        with np.errstate(all="ignore"):
+            changed.ravel()[flat] = np.asarray(number).astype(array.dtype)
     return f"with {count} cells of {number:g}", changed
 
 

@@ -210,23 +210,26 @@ def _limit(bounds: Bounds) -> None:
     used = resource.getrusage(resource.RUSAGE_SELF)
     _, most = resource.getrlimit(resource.RLIMIT_CPU)
     resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(used.ru_utime + used.ru_stime) + bounds.seconds, most))
-    statm = Path("/proc/self/statm")
-    if statm.exists():
-        _, most = resource.getrlimit(resource.RLIMIT_AS)
-        pages = int(statm.read_text().split()[0])
-        resource.setrlimit(resource.RLIMIT_AS, (pages * os.sysconf("SC_PAGE_SIZE") + bounds.memory, most))
+    if Path("/proc/self/status").exists():
+        # memory that is written to, not what threads reserve
+        _, most = resource.getrlimit(resource.RLIMIT_DATA)
+        resource.setrlimit(resource.RLIMIT_DATA, (_status("VmData") + bounds.memory, most))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
 def _peak_memory(*, anew: bool = False) -> int:
     """Return the most memory held so far (bytes), or begin to count anew; 0 where the system does not tell."""
-    status = Path("/proc/self/status")
-    if not status.exists():
+    if not Path("/proc/self/status").exists():
         return 0
     if anew:
         try:
             Path("/proc/self/clear_refs").write_text("5")
         except OSError:
             return 1 << 62
-    line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
-    return 1024 * int(line.split()[1])
+    return _status("VmHWM")
+
+
+def _status(name: str) -> int:
+    """Return a number of bytes that Linux tells of this process."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return 1024 * int(next(line for line in lines if line.startswith(name)).split()[1])

@@ -1,7 +1,8 @@
-"""Whether a file has the shape of text in lines, before anything takes it apart: no NUL bytes, no endless line."""
+"""Whether a file has the shape of text in lines, before anything takes it apart: UTF-8, no NUL bytes, no endless line."""
 
 from __future__ import annotations
 
+import codecs
 from pathlib import Path
 
 from ppinfer.guarding.limits import told_bytes
@@ -20,6 +21,8 @@ def check_lines(path: Path, faults: Faults) -> bool:
     ------
     OSError
         If it cannot be read.
+    UnicodeDecodeError
+        If it is not UTF-8.
 
     Examples
     --------
@@ -31,8 +34,10 @@ def check_lines(path: Path, faults: Faults) -> bool:
     endless.csv: line 2: is longer than 1 MiB; ...
     """
     line, length = 1, 0
+    decoder = codecs.getincrementaldecoder("utf-8")()
     with path.open("rb") as file:
         while block := file.read(_BLOCK):
+            decoder.decode(block)
             if (at := block.find(b"\0")) >= 0:
                 line += block.count(b"\n", 0, at)
                 told, remedy = "holds a NUL byte, so it is no text", "save it as UTF-8 text"
@@ -50,6 +55,7 @@ def check_lines(path: Path, faults: Faults) -> bool:
             line += block.count(b"\n")
             last = block.rfind(b"\n")
             length = len(block) - last - 1 if last >= 0 else length + len(block)
+    decoder.decode(b"", final=True)
     return True
 
 

@@ -157,7 +157,7 @@ def _asked(
         request = {
             "task": task,
             "path": str(source),
-            "cwd": os.getcwd(),
+            "cwd": _folder(),
             "seconds": limits.seconds,
             "memory": limits.memory,
             "told": told,
@@ -182,6 +182,14 @@ def _asked(
             break
         state = now
     raise error(f"{source}: was changed while it was being read; try again once nobody writes to it")
+
+
+def _folder() -> str:
+    try:
+        return os.getcwd()
+    except OSError:
+        # it was removed: a whole path can be opened all the same
+        return os.path.abspath(os.sep)
 
 
 def _result(answer: dict[str, Any], source: Path, limits: Limits, error: type[PPInferError]) -> Any:

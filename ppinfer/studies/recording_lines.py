@@ -103,8 +103,10 @@ def lines_of(file: IO[bytes], name: str, *, first: int = 1) -> Iterator[bytes]:
 
     Examples
     --------
-    >>> import io
-    >>> list(lines_of(io.BytesIO(b"one\ntwo"), "study.jsonl"))
+    >>> from pathlib import Path
+    >>> _ = Path("two.jsonl").write_text("one\ntwo")
+    >>> with open("two.jsonl", "rb") as file:
+    ...     list(lines_of(file, "two.jsonl"))
     [b'one\n', b'two']
     """
     number = first - 1

@@ -102,5 +102,18 @@ def read_study(
         raise LogError(f"{source}: there is no such file or folder")
     arguments = [source] if mapping is None else [source, mapping]
     named = None if mapping is None else str(mapping)
-    with guarding.admitted("study", source, reader=reader, mapping=named):
+    with guarding.admitted("study", source, beside=_beside(named), reader=reader, mapping=named):
         return known.load()(*arguments, **({"progress": progress} if known.tells_progress else {}))
+
+
+def _beside(mapping: str | None) -> tuple[Path, ...]:
+    """Return the other tables that a mapping names; whoever reads the mapping says what is wrong with it."""
+    if mapping is None:
+        return ()
+    try:
+        told = guarding.read_toml(mapping)
+    except (OSError, ValueError):
+        return ()
+    others = [told.get(name) for name in ("goals_file", "segments_file")]
+    names = [other.get("path") for other in others if isinstance(other, dict)]
+    return tuple(Path(mapping).parent / name for name in names if isinstance(name, str))

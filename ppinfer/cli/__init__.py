@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from ppinfer.errors import PPInferError
+from ppinfer.errors import PPInferError, printable
 from ppinfer.guarding import start_early
 
 COMMANDS = (
@@ -75,7 +75,7 @@ def run_command(parser: argparse.ArgumentParser, argv: Sequence[str] | None) -> 
     except Exception as error:
         if os.environ.get("PPINFER_DEBUG"):
             raise
-        print(f"{prefix}: {describe(error)}", file=sys.stderr)
+        print(f"{prefix}: {printable(describe(error))}", file=sys.stderr)
         return 1
     return status
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppinfer.cli.argument_types import one_character, positive_number
+from ppinfer.cli.output import say
 
 if TYPE_CHECKING:
     from ppinfer.studies.statistics import Analysis
@@ -112,10 +113,10 @@ def run(args: argparse.Namespace) -> int:
         )
         analysis = analyse(measures, posthoc=args.posthoc, missing=args.missing, prior_scale=prior_scale)
     except FaultyLogError as error:
-        print(f"ppinfer anova: {_in_one_line(error, _remedy(error, args))}", file=sys.stderr)
+        say(f"ppinfer anova: {_in_one_line(error, _remedy(error, args))}", file=sys.stderr)
         return 1
     for warning in analysis.warnings:
-        print(f"ppinfer anova: warning: {warning}", file=sys.stderr)
+        say(f"ppinfer anova: warning: {warning}", file=sys.stderr)
     if args.json:
         print_json(_with_provenance(analysis, args, prior_scale))
     else:

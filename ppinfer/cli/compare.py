@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ppinfer.cli.argument_types import whole_number
+from ppinfer.cli.output import say
 from ppinfer.cli.selection_options import add_selection_arguments, add_share_argument
 
 if TYPE_CHECKING:
@@ -78,7 +79,7 @@ def run(args: argparse.Namespace) -> int:
             seed=args.seed,
         )
     for warning in comparison.warnings:
-        print(f"ppinfer compare: warning: {warning}", file=sys.stderr)
+        say(f"ppinfer compare: warning: {warning}", file=sys.stderr)
     if args.json:
         print_json(comparison.to_json())
     else:
@@ -117,7 +118,7 @@ def print_comparison(comparison: Comparison) -> None:
         ],
     )
     if left_out := describe_left_out(comparison.left_out):
-        print(left_out)
+        say(left_out)
 
 
 def _short_names(paths: list[str]) -> dict[str, str]:

@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from ppinfer.cli.output import say
+
 READER_NAMES = ("reaching-study", "eth", "tidy", "recording")
 
 _DESCRIPTION = """\
@@ -84,9 +86,9 @@ def run(args: argparse.Namespace) -> int:
     except FaultyLogError as error:
         total = sum(error.counts.values())
         counted = "1 fault" if total == 1 else f"{total} faults"
-        print(f"ppinfer convert: {args.source}: {counted}; nothing was written", file=sys.stderr)
+        say(f"ppinfer convert: {args.source}: {counted}; nothing was written", file=sys.stderr)
         for line in error.lines:
-            print(line, file=sys.stderr)
+            say(line, file=sys.stderr)
         return 1
     write_log(log, args.output, validate=False)
     summary: dict[str, Any] = {
@@ -113,9 +115,9 @@ def run(args: argparse.Namespace) -> int:
 def _print_summary(summary: dict[str, Any]) -> None:
     counts = [(summary[name], name) for name in ("trials", "samples", "participants", "segments")]
     told = ", ".join(f"{count} {name.removesuffix('s') if count == 1 else name}" for count, name in counts)
-    print(f"{summary['output']}: {told}")
-    print(f"agents: {', '.join(summary['agents'])}; goals: {', '.join(summary['goals']) or 'none'}")
+    say(f"{summary['output']}: {told}")
+    say(f"agents: {', '.join(summary['agents'])}; goals: {', '.join(summary['goals']) or 'none'}")
     for note in summary["notes"]:
-        print(f"note: {note}")
+        say(f"note: {note}")
     for warning in summary["warnings"]:
-        print(f"warning: {warning}")
+        say(f"warning: {warning}")

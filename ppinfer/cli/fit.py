@@ -15,6 +15,7 @@ from ppinfer.cli.model_options import (
     model_from_options,
     parse_settings,
 )
+from ppinfer.cli.output import say
 from ppinfer.cli.selection_options import (
     add_participant_arguments,
     add_segment_arguments,
@@ -142,12 +143,12 @@ def run(args: argparse.Namespace) -> int:
             raise ModelError("--held-out needs a cross-validation, which takes two participants at least")
         write_posterior(fitted.held_out_posterior, args.held_out)
     if not fitted.folds and args.folds != 0:
-        print(
+        say(
             "ppinfer fit: warning: there was no cross-validation: it takes two participants and two folds at least",
             file=sys.stderr,
         )
     for name in fitted.fit.at_bound:
-        print(
+        say(
             f"ppinfer fit: warning: {name} ended at the bound of the search; the data do not determine it (is another "
             "parameter fixed in the wrong unit?)",
             file=sys.stderr,
@@ -223,7 +224,7 @@ def print_fit(fitted: StudyFit, output: str) -> None:
                 for score in fitted.held_out
             ],
         )
-        print(f"expected calibration error of participants left out {fitted.expected_calibration_error:.3f}")
+        say(f"expected calibration error of participants left out {fitted.expected_calibration_error:.3f}")
 
 
 def _notes(fitted: StudyFit, args: argparse.Namespace, sha256: str) -> dict[str, Any]:

@@ -17,6 +17,7 @@ from ppinfer.cli.model_options import (
     check_partner,
     model_from_options,
 )
+from ppinfer.cli.output import say
 from ppinfer.errors import ModelError
 
 if TYPE_CHECKING:
@@ -130,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
         )
     seen = done.samples - done.samples_missing
     if done.outliers_gated > 0.1 * seen:
-        print(
+        say(
             f"ppinfer infer: warning: {done.outliers_gated} of {seen} samples were set aside as outliers; is "
             "measurement_noise in the log's unit of position?",
             file=sys.stderr,

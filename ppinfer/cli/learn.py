@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppinfer.cli.argument_types import share, whole_number
+from ppinfer.cli.output import say
 
 if TYPE_CHECKING:
     from ppinfer.studies.learning import LearningRow, LearningStudy
@@ -177,11 +178,11 @@ def print_study(study: LearningStudy, args: argparse.Namespace) -> None:
         columns,
         [_cells(row) for row in study.rows],
     )
-    print(
+    say(
         "hours: of interaction simulated for the examples trained on, continuations included; loss: mean squared "
         "error; calibration error: expected, of all goals' probabilities"
     )
-    print(f"{args.output}: the network of the last row")
+    say(f"{args.output}: the network of the last row")
 
 
 def _cells(row: LearningRow) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 from ppinfer.cli.argument_types import distance, whole_number
+from ppinfer.cli.output import say
 
 if TYPE_CHECKING:
     from ppinfer.studies.metrics import TrialMetrics
@@ -123,7 +124,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output:
         write_csv(args.output, metrics.table())
     for warning in found["warnings"]:
-        print(f"ppinfer metrics: warning: {printable(warning)}", file=sys.stderr)
+        say(f"ppinfer metrics: warning: {printable(warning)}", file=sys.stderr)
     if args.json:
         print_json(found)
     else:
@@ -209,9 +210,9 @@ def print_metrics(path: str, metrics: TrialMetrics, found: dict[str, Any]) -> No
             ],
         )
     if found["not_available"]:
-        print(f"not in this log: {', '.join(found['not_available'])}")
+        say(f"not in this log: {', '.join(found['not_available'])}")
     if found["output"]:
-        print(f"{found['output']}: {len(metrics.values):,} trials, {len(metrics.names)} metrics")
+        say(f"{found['output']}: {len(metrics.values):,} trials, {len(metrics.names)} metrics")
 
 
 def _across(

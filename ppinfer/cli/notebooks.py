@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from ppinfer.cli.output import say
+
 DEFAULT_FOLDER = "ppinfer-notebooks"
 
 _DESCRIPTION = """\
@@ -92,10 +94,10 @@ def run(args: argparse.Namespace) -> int:
         )
     else:
         new = sum(each.fate in ("copied", "updated") for each in copies)
-        print(f"{args.folder}: {len(notebooks)} notebooks with their data, {new} of {len(copies)} files new")
+        say(f"{args.folder}: {len(notebooks)} notebooks with their data, {new} of {len(copies)} files new")
     kept = [each.path for each in copies if each.fate == "kept"]
     if kept:
-        print(
+        say(
             f"ppinfer notebooks: kept as you changed them: {', '.join(kept)} (--force replaces them)",
             file=sys.stderr,
         )

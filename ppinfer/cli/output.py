@@ -4,16 +4,32 @@ from __future__ import annotations
 
 import json
 import math
-import sys
+import re
 from collections.abc import Sequence
+from typing import IO
+
+from ppinfer.errors import printable
 
 _WIDE = 160
+# what JSON lets stand in a string though a terminal obeys it, or no encoding can hold it
+_ACTING = re.compile("[\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufeff]")
+
+
+def say(text: str, *, file: IO[str] | None = None) -> None:
+    r"""Print some lines of text, or one to a file; what comes from a log does not act on the terminal.
+
+    Examples
+    --------
+    >>> say("participant \x1b[31m")
+    participant \x1b[31m
+    """
+    print(printable(text, keep="\n" if file is None else ""), file=file)
 
 
 def print_json(value: object) -> None:
     """Print one JSON document on standard output; non-finite numbers become null (JSON has none)."""
-    json.dump(_finite(value), sys.stdout, indent=2, ensure_ascii=False, allow_nan=False)
-    sys.stdout.write("\n")
+    text = json.dumps(_finite(value), indent=2, ensure_ascii=False, allow_nan=False)
+    print(_ACTING.sub(lambda found: f"\\u{ord(found[0]):04x}", text))
 
 
 def _finite(value: object) -> object:
@@ -31,8 +47,6 @@ def print_table(title: str, columns: Sequence[str], rows: Sequence[Sequence[str]
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
-
-    from ppinfer.errors import printable
 
     def shown(text: str) -> Text:
         return Text(printable(text, keep="\n"))

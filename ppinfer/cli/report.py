@@ -6,6 +6,7 @@ import argparse
 import sys
 
 from ppinfer.cli.model_options import parse_settings
+from ppinfer.cli.output import say
 from ppinfer.cli.selection_options import add_selection_arguments, add_share_argument
 
 _DESCRIPTION = """\
@@ -116,11 +117,11 @@ def run(args: argparse.Namespace) -> int:
             progress=progress,
         )
     for warning in report.warnings:
-        print(f"ppinfer report: warning: {warning}", file=sys.stderr)
+        say(f"ppinfer report: warning: {warning}", file=sys.stderr)
     if args.json:
         print_json(report.to_json())
     else:
         shown = f"; trials: {', '.join(report.trials)}" if report.trials else ""
         figures = len(report.figures)
-        print(f"wrote {report.page} ({figures} figure{'s' * (figures != 1)}{shown})")
+        say(f"wrote {report.page} ({figures} figure{'s' * (figures != 1)}{shown})")
     return 1 if report.faults else 0

@@ -6,6 +6,7 @@ import argparse
 import sys
 from typing import TYPE_CHECKING
 
+from ppinfer.cli.output import say
 from ppinfer.cli.selection_options import add_selection_arguments, add_share_argument
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def run(args: argparse.Namespace) -> int:
         scores = score_posterior(posterior, at=args.at, **selection)
         calibration = calibrate_posterior(posterior, at=args.at, **selection)
     for warning in scores.warnings:
-        print(f"ppinfer score: warning: {warning}", file=sys.stderr)
+        say(f"ppinfer score: warning: {warning}", file=sys.stderr)
     if args.json:
         print_json(as_json(scores, calibration, by_participant=args.by_participant))
     else:
@@ -99,12 +100,12 @@ def print_scores(path: str, scores: Scores, calibration: Calibration, *, by_part
     columns = ("seen", "accuracy", "mean log posterior", "segments", "participants")
     rows = [(*_cells(score), str(score.segments), str(score.participants)) for score in scores.overall]
     print_table(f"{path}: goal scores (± standard error over participants)", columns, rows)
-    print(
+    say(
         f"expected calibration error {calibration.expected_calibration_error:.3f} (most probable goal), "
         f"{calibration.one_vs_rest.expected_calibration_error:.3f} (all goals)"
     )
     if left_out := describe_left_out(scores.left_out):
-        print(left_out)
+        say(left_out)
     if by_participant:
         print_table(
             "by participant (± standard error over segments)",

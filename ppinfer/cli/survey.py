@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ppinfer.cli.argument_types import whole_number
+from ppinfer.cli.output import say
 
 if TYPE_CHECKING:
     from ppinfer.studies.faults import FaultyLogError
@@ -107,7 +108,7 @@ def run(args: argparse.Namespace) -> int:
         if args.orders is not None or instrument.columns.position is not None:
             orders = check_survey_orders(identified, args.orders, names=names, by=args.by, seed=args.seed)
     except FaultyLogError as error:
-        print(f"ppinfer survey: {_in_one_line(error)}", file=sys.stderr)
+        say(f"ppinfer survey: {_in_one_line(error)}", file=sys.stderr)
         return 1
     if args.output is not None:
         write_scores(args.output, analysis.survey)
@@ -119,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
     else:
         print_analysis(analysis, orders)
     for warning in analysis.warnings:
-        print(f"ppinfer survey: warning: {warning}", file=sys.stderr)
+        say(f"ppinfer survey: warning: {warning}", file=sys.stderr)
     return 0
 
 
@@ -207,9 +208,9 @@ def print_analysis(analysis: SurveyAnalysis, orders: SurveyOrders | None) -> Non
         )
         for row in analysis.reliability:
             if row.alpha.reason:
-                print(f"{row.scale}, {row.condition or row.of}: {row.alpha.reason}")
+                say(f"{row.scale}, {row.condition or row.of}: {row.alpha.reason}")
         for note in analysis.notes:
-            print(note)
+            say(note)
     if orders is not None:
         _print_orders(orders)
 
@@ -228,7 +229,7 @@ def _print_orders(orders: SurveyOrders) -> None:
         ],
     )
     for line in orders.lines():
-        print(line)
+        say(line)
 
 
 def _number(value: float | None) -> str:

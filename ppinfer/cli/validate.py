@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from ppinfer.cli.output import say
 from ppinfer.errors import LogError, printable
 
 _DESCRIPTION = """\
@@ -53,9 +54,9 @@ def run(args: argparse.Namespace) -> int:
     verdict = "sound" if report["ok"] else f"{faults} fault{'s' if faults != 1 else ''}"
     if warnings:
         verdict += f", {warnings} warning{'s' if warnings != 1 else ''}"
-    print(printable(f"{report['source']}: {verdict}" + (f" ({sizes})" if sizes else "")))
+    say(printable(f"{report['source']}: {verdict}" + (f" ({sizes})" if sizes else "")))
     for line in found["lines"]:
-        print(line)
+        say(line)
     return 0 if report["ok"] else 1
 
 

@@ -33,7 +33,7 @@ def mutated_table(content: bytes, rng: np.random.Generator) -> tuple[str, Effect
     Examples
     --------
     >>> mutated_table(b"t,x\n0,1\n1,2\n", np.random.default_rng(0))
-    ('column 1 renamed', 'edit', b't,x_\n0,1\n1,2\n')
+    ('2 cells changed', 'edit', b't,x\n ,1\n,2\n')
     """
     text = content.decode()
     delimiter = ";" if text.split("\n", 1)[0].count(";") > text.split("\n", 1)[0].count(",") else ","
@@ -124,7 +124,7 @@ def mutated_text(content: bytes, rng: np.random.Generator) -> tuple[str, Effect,
     Examples
     --------
     >>> mutated_text(b"t,x\n0,1\n", np.random.default_rng(0))
-    ('line 1 lost', 'damage', b't,x\n')
+    ('line 1 doubled', 'damage', b't,x\n0,1\n0,1\n')
     """
     text = content.decode()
     lines = text.splitlines(keepends=True)

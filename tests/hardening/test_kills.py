@@ -216,8 +216,7 @@ def _killed_until_done(name: str, folder: Path, rng: np.random.Generator, most: 
     deaths, safe = 0, 0
     while deaths < most:
         # a second or two pass before anything is written: time is counted from then on
-        before = set(names(out)) if not deaths else set()
-        if not kill_at_any_time([*program, *argv[1:]], 0.5, rng, once=partial(_differs, out, before)):
+        if not kill_at_any_time([*program, *argv[1:]], 0.3, rng, once=partial(_differs, out, _state(out))):
             break
         deaths += 1
         safe = _whole_or_not_there(out, made, safe)
@@ -230,8 +229,19 @@ def _killed_until_done(name: str, folder: Path, rng: np.random.Generator, most: 
     return deaths
 
 
-def _differs(folder: Path, before: set[str]) -> bool:
-    return set(names(folder)) != before
+def _state(folder: Path) -> dict[str, tuple[int, int]]:
+    found = {}
+    for item in folder.rglob("*"):
+        try:
+            found[str(item)] = (item.stat().st_size, item.stat().st_mtime_ns)
+        except FileNotFoundError:
+            # it went while it was looked at
+            continue
+    return found
+
+
+def _differs(folder: Path, before: dict[str, tuple[int, int]]) -> bool:
+    return _state(folder) != before
 
 
 def _whole_or_not_there(out: Path, made: Path, safe: int) -> int:

@@ -55,6 +55,26 @@ MEASURES = "who;robot;score\n" + "".join(
     for who in range(5)
     for index, robot in enumerate("abc")
 )
+INSTRUMENT = """
+title = "Fluency"
+columns = {subject = "who", condition = "robot"}
+anchors = {1 = "Strongly Disagree", 3 = "Neutral", 5 = "Strongly Agree"}
+
+[items.easy]
+text = "The robot was easy to work with."
+
+[items.slow]
+text = "The robot was slow."
+reversed = true
+
+[scales.fluency]
+items = ["easy", "slow"]
+"""
+ANSWERS = "who,robot,easy,slow\n" + "".join(
+    f"p{who},{robot},{1 + (who * 3 + index) % 5},{'Strongly Agree' if who == 2 else 1 + (who + index * 2) % 5}\n"
+    for who in range(6)
+    for index, robot in enumerate("ab")
+)
 GAME = """NFG 1 R "Backward bend" { "Player 1" "Player 2" }
 
 { { "1" "2" }
@@ -226,6 +246,8 @@ def tables() -> list[Case]:
     from ppinfer.studies import read_tidy
     from ppinfer.studies.readers.mapping import FileOptions
     from ppinfer.studies.statistics.reading import read_measures
+    from ppinfer.studies.surveys.instrument import Instrument
+    from ppinfer.studies.surveys.reading import read_survey
 
     rows = ["g;s;t;c;n;hx;hy;tg;rx;ry;rvx;rvy"]
     for trial in range(3):
@@ -268,7 +290,17 @@ def tables() -> list[Case]:
             for level, value in zip(one.levels[0], row, strict=True)
         }
 
+    survey = Instrument.parse(INSTRUMENT)
+
+    def answers(path: Path) -> Any:
+        found = read_survey(path, survey, keep_ids=True)
+        people = [found.participants[index] for index in found.participant]
+        told = zip(people, found.conditions, found.values.tolist(), strict=True)
+        return {(who, condition): str(row) for who, condition, row in told}
+
     return [
+        Case("read_survey", {"answers.csv": ANSWERS.encode()}, answers),
+        Case("Instrument", {"instrument.toml": INSTRUMENT.encode()}, Instrument.load),
         Case("read_tidy csv", csv_files, converted(read), "reaches.csv", {"same": same_log_of_a_table}),
         Case(
             "read_tidy parquet",
@@ -438,7 +470,7 @@ GROUPS: dict[str, tuple[Callable[[], list[Case]], tuple[str, ...]]] = {
     ),
     "posteriors": (posteriors, ("open_posterior", "read_theta_posterior")),
     "recordings": (recordings, ("load_recording", "read_recording")),
-    "tables": (tables, ("read_tidy csv", "read_tidy parquet", "read_measures")),
+    "tables": (tables, ("read_tidy csv", "read_tidy parquet", "read_measures", "read_survey", "Instrument")),
     "folders": (folders, ("read_reaching_study", "read_eth", "read_reaching_study real", "read_eth real")),
     "models": (
         models,

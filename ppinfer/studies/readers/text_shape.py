@@ -1,4 +1,4 @@
-"""Whether a file has the shape of text in lines, before anything takes it apart: UTF-8, no NUL bytes, no endless line."""
+"""Whether a file has the shape of text in lines, before anything takes it apart: UTF-8, no NUL, no endless line."""
 
 from __future__ import annotations
 

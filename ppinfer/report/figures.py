@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DPI = 160
+_PIXELS_AN_INCH = 106
+_PAGE_WIDTH = 972
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,13 @@ class ReportFigure:
     def data_uri(self) -> str:
         """The picture as text that a page can hold."""
         return f"data:image/png;base64,{b64encode(self.png).decode()}"
+
+    @property
+    def shown_width(self) -> int:
+        """How wide a page shows it at most, in pixels: letters of all figures are of one size."""
+        # a PNG begins with its width
+        width = int.from_bytes(self.png[16:20], "big") or _PAGE_WIDTH * _DPI // _PIXELS_AN_INCH
+        return width * _PIXELS_AN_INCH // _DPI
 
 
 def trial_figure(posterior: xr.Dataset, trial: int, *, number: int, why: str) -> ReportFigure:
@@ -58,8 +67,9 @@ def trial_figure(posterior: xr.Dataset, trial: int, *, number: int, why: str) ->
         "goal that was reached, so a good posterior has the line of the strip's colour on top, early."
     )
     if planar:
+        plane = " in the first two coordinates" if data.position.shape[1] > 2 else ""
         caption += (
-            " Right: the path, each sample in the colour of the goal believed most, paler where the belief "
+            f" Right: the path{plane}, each sample in the colour of the goal believed most, paler where the belief "
             "is less certain; diamonds are all places the goals had (faint where nobody went), rings the goals "
             "reached, the open circle the start."
         )

@@ -74,7 +74,8 @@ def error_decimals(mean: float | None, sem: float | None) -> int:
     >>> error_decimals(19.0909, 0.3989), error_decimals(0.3479, 0.0094), error_decimals(12.0, 31.0)
     (2, 4, 0)
     """
-    size = sem if sem else mean
+    # what rounding leaves of an error is none
+    size = sem if sem and not (mean and abs(sem) < 1e-9 * abs(mean)) else mean
     if size is None or size != size or not size or math.isinf(size):
         return 0
     return min(6, max(0, (1 if size is sem else 3) - math.floor(math.log10(abs(size)))))

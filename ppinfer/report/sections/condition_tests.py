@@ -81,6 +81,7 @@ def compare_conditions(measured: Measured) -> Tested:
         if np.ptp(whole.values - whole.values.mean(axis=1, keepdims=True)) == 0:
             same.append(name)
             continue
+        notes += [f"{each}." for each in whole.notes if each not in measures.notes]
         usable.append(whole)
     if same:
         notes.append(f"The same in all conditions, and not tested: {', '.join(same)}.")
@@ -95,7 +96,7 @@ def compare_conditions(measured: Measured) -> Tested:
         f"{each[:1].upper()}{each[1:]}." for each in analysis.warnings if "means of several rows" not in each
     ]
     corrected = np.array([effect.p_gg for effect in analysis.anova])
-    return Tested(measured.by, analysis, tuple(_holm(corrected).tolist()), notes=tuple(notes))
+    return Tested(measured.by, analysis, tuple(_holm(corrected).tolist()), notes=tuple(dict.fromkeys(notes)))
 
 
 def tests_parts(tested: Tested) -> list[Part]:
@@ -114,6 +115,7 @@ def tests_parts(tested: Tested) -> list[Part]:
                 "pairs": [test for test in tested.analysis.posthoc if test.dv in differing],
                 "notes": tested.notes,
                 "level": LEVEL,
+                "level_shown": f"{LEVEL:g}".removeprefix("0"),
             },
         )
     ]

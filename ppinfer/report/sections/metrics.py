@@ -148,6 +148,7 @@ def _learning_parts(measured: Measured, drawn: Sequence[str] | None) -> list[Par
             "sections/learning.html.j2",
             {
                 "rows": learned,
+                "all": len(shown) == len(metrics.names),
                 "by": (measured.by or "").replace("_", " "),
                 "units": {each.name: each.units for each in metrics.metrics},
             },

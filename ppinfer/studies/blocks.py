@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -117,19 +118,21 @@ def _blocks(
         still = still.drop_vars("theta")
     by_trial = np.argsort(still["segment_trial"].values, kind="stable") if "segment_trial" in still else None
     sorted_trial = still["segment_trial"].values[by_trial] if by_trial is not None else None
+    # put together once, and cut into blocks by one selection each: merging data sets takes longer than reading them
+    whole = still.assign({name: log.variables[name] for name in along})
     edges = block_edges(work, max_samples)
     for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        block = still.isel(trial=slice(begin, end))
+        rows: dict[str, Any] = {dim: slice(int(at[begin]), int(at[end])) for dim, at in edges_of.items()}
+        rows["trial"] = slice(begin, end)
         if by_trial is not None and sorted_trial is not None:
             first, last = np.searchsorted(sorted_trial, [begin, end])
             # sorted again: segments keep the order that they have in the log
-            block = block.isel(segment=np.sort(by_trial[first:last]))
-            block["segment_trial"] = block["segment_trial"] - begin
-            block["segment_trial"].attrs = still["segment_trial"].attrs
-        rows = {dim: slice(int(at[begin]), int(at[end])) for dim, at in edges_of.items()}
+            rows["segment"] = np.sort(by_trial[first:last])
         with told_as_log_error(source):
-            moving = log[along].isel(rows, missing_dims="ignore").load()
-        block = block.assign({name: moving.variables[name] for name in along})
+            block = whole.isel(rows, missing_dims="ignore").load()
+        if by_trial is not None:
+            # chosen by their numbers, segments are copies of the log's
+            block["segment_trial"].data = block["segment_trial"].values - begin
         block.attrs = {**log.attrs, "first_trial": begin, "first_sample": rows["sample"].start}
         if "replan" in rows:
             block.attrs["first_replan"] = rows["replan"].start

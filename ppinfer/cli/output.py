@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections.abc import Sequence
-from typing import IO
+from typing import Any
 
 from ppinfer.errors import printable
 
@@ -15,7 +15,7 @@ _WIDE = 160
 _ACTING = re.compile("[\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufeff]")
 
 
-def say(text: str, *, file: IO[str] | None = None) -> None:
+def say(text: str, *, file: Any = None) -> None:
     r"""Print some lines of text, or one to a file; what comes from a log does not act on the terminal.
 
     Examples

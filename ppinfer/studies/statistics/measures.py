@@ -111,6 +111,8 @@ class RepeatedMeasures:
         ------
         FaultyLogError
             If a subject has several rows in a cell and ``repeated`` is ``"refuse"``.
+        LogError
+            If a value is infinite.
 
         Examples
         --------
@@ -139,6 +141,8 @@ class RepeatedMeasures:
         number = np.bincount(cells[there], minlength=len(counts))
         total = np.bincount(cells[there], weights=values[there], minlength=len(counts))
         arranged = np.divide(total, number, out=np.full(len(counts), np.nan), where=number > 0)
+        # an infinite value is no missing one: it is refused below
+        arranged[cells[np.isinf(values)]] = np.inf
         return cls(dv, arranged.reshape(shape), names, tuple(factors), levels, source, notes)
 
     def complete(self, missing: Missing = "refuse") -> RepeatedMeasures:

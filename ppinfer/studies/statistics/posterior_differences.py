@@ -58,8 +58,10 @@ def credible_interval(
     log_g, log_weight = nodes.log_g[::_EVERY], nodes.log_integrand[::_EVERY]
     weight = np.exp(log_weight - log_weight.max())
     weight /= weight.sum()
-    widened = np.exp(np.logaddexp(0.0, math.log(n) + log_g))
-    shrunk = 1 - 1 / widened
+    log_widened = np.logaddexp(0.0, math.log(n) + log_g)
+    widened = np.exp(log_widened)
+    # n g / (1 + n g), which is not to be lost beside 1 where g is tiny
+    shrunk = np.exp(math.log(n) + log_g - log_widened)
     location = shrunk * mean
     # n (n + 1/g) = n^2 (1 + n g) / (n g) = n^2 / shrunk
     scale = np.sqrt((error + n * mean**2 / widened) * shrunk) / n
@@ -74,6 +76,14 @@ def credible_interval(
         while not below(-reach) < tail < below(reach):
             reach *= 4
         ends.append(
-            float(brentq(lambda value, tail=tail: below(value) - tail, -reach, reach, xtol=1e-10 * width))
+            float(
+                brentq(
+                    lambda value, tail=tail: below(value) - tail,
+                    -reach,
+                    reach,
+                    xtol=1e-20 * width,
+                    rtol=1e-10,
+                )
+            )
         )
     return ends[0], ends[1]

@@ -74,8 +74,8 @@ def sphericity(scores: Float[np.ndarray, "subject contrast"]) -> Sphericity:
     shares = variances / total
     epsilon = float(np.clip(1 / (p * (shares**2).sum()), 1 / p, 1.0))
     room = n - 1 - p * epsilon
-    # n - 1 <= p * epsilon: the estimate has no finite value below 1
-    epsilon_hf = min(1.0, (n * p * epsilon - 2) / (p * room)) if room > 0 else 1.0
+    # n - 1 <= p * epsilon (but for rounding): the estimate has no finite value below 1
+    epsilon_hf = min(1.0, (n * p * epsilon - 2) / (p * room)) if room > 1e-9 * n else 1.0
     df = p * (p + 1) // 2 - 1
     if n - 1 < p:
         return Sphericity(epsilon, epsilon_hf, mauchly_df=df)

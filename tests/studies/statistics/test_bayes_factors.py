@@ -136,3 +136,10 @@ def test_the_credible_interval_holds_the_shrunken_mean_and_scales_with_the_unit(
     assert low < differences.mean() < high
     assert credible_interval(unit * differences) == pytest.approx((unit * low, unit * high), rel=1e-6)
     assert credible_interval(-differences) == pytest.approx((-high, -low), rel=1e-6, abs=1e-8)
+
+
+def test_the_narrower_the_prior_the_nearer_to_zero_is_the_credible_interval():
+    differences = SLEEP.values[:, 1] - SLEEP.values[:, 0]
+    ends = np.array([credible_interval(differences, prior_scale=r) for r in (1e-12, 1e-9, 1e-6)])
+    # so far below the data, nothing but the prior says how large a difference is
+    np.testing.assert_allclose(ends[1:] / ends[:-1], 1e3, rtol=0.01)

@@ -128,3 +128,12 @@ def test_a_factor_between_subjects_is_recognised():
     for missing in ("refuse", "drop-subjects"):
         with pytest.raises(LogError, match="no subject has values at more than one level of 'group'"):
             analyse([told], missing=missing)
+
+
+@pytest.mark.parametrize("several", [(math.inf,), (math.inf, -math.inf), (1.0, math.inf)])
+def test_an_infinite_value_is_refused_and_is_no_missing_one(several):
+    rows = [*several, 1.0, 2.0, 3.0]
+    subjects = ["ann"] * (len(several) + 1) + ["bob"] * 2
+    levels = ["old"] * len(several) + ["new", "old", "new"]
+    with pytest.raises(LogError, match="subject 'ann' at robot 'old' is infinite"):
+        RepeatedMeasures.from_columns("y", np.array(rows), subjects, {"robot": levels}, repeated="mean")

@@ -64,6 +64,13 @@ def test_mauchlys_p_is_uniform_where_sphericity_holds():
     assert chi2.sf(first.mauchly_chi2, first.mauchly_df) == pytest.approx(first.mauchly_p, abs=0.02)
 
 
+@pytest.mark.parametrize("contrasts", [3, 49, 98, 103])
+def test_two_subjects_leave_the_epsilon_of_huynh_and_feldt_at_one_however_numbers_round(contrasts):
+    judged = sphericity(np.random.default_rng(0).normal(size=(2, contrasts)))
+    assert judged.epsilon == pytest.approx(1 / contrasts)
+    assert judged.epsilon_hf == 1.0
+
+
 def test_contrasts_without_variance_leave_w_zero():
     scores = np.column_stack([np.arange(6.0), np.zeros(6)])
     judged = sphericity(scores)

@@ -19,7 +19,7 @@ class Alpha:
     alpha : float or None
         As in `cronbach_alpha`.
     standardized : float or None
-        The same of the items' correlations; None if an item never varies.
+        The same of the items' correlations; None if an item never varies, or standardized items add up to nothing.
     low, high : float or None
         Feldt's interval; None where responses are not independent of one another, or there is no alpha.
     reason : str
@@ -60,11 +60,10 @@ class Alpha:
             return cls(n, k, None, None, None, None, reason)
         alpha = cronbach_alpha(values)
         standardized = standardized_alpha(values)
-        reason = (
-            ""
-            if standardized is not None
-            else "no standardized alpha: an item has the same answer everywhere"
-        )
+        if standardized is None:
+            constant = bool((np.ptp(values, axis=0) == 0).any())
+            why = "an item has the same answer everywhere" if constant else "standardized items cancel out"
+            reason = f"no standardized alpha: {why}"
         low: float | None = None
         high: float | None = None
         if independent:

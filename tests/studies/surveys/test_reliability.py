@@ -132,7 +132,15 @@ def test_an_item_that_never_varies_leaves_alpha_but_no_standardized_one():
     assert found.alpha is not None
     assert found.standardized is None
     assert "no standardized alpha" in found.reason
+    assert "same answer everywhere" in found.reason
     assert item_rest_correlations(np.array([[1.0, 3.0], [2.0, 3.0]])) == (None, None)
+
+
+def test_items_that_cancel_out_once_standardized_say_so():
+    found = Alpha.of(np.array([[1.0, 5.0], [2.0, 3.0], [3.0, 1.0]]))
+    assert found.alpha == pytest.approx(-8.0)
+    assert found.standardized is None
+    assert found.reason == "no standardized alpha: standardized items cancel out"
 
 
 def test_feldts_interval_is_where_the_f_distribution_says():

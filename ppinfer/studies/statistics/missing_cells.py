@@ -115,9 +115,15 @@ def _refuse_between(measures: RepeatedMeasures) -> None:
         others = tuple(axis for axis in range(1, there.ndim) if axis != number + 1)
         at_level = there.any(axis=others)
         if len(there) > 1 and at_level.shape[1] > 1 and at_level.any() and (at_level.sum(axis=1) <= 1).all():
+            wide = there.reshape(len(there), -1).sum(axis=1).max() == 1
+            or_wide = (
+                "; every subject has one row, so if each level has a column of its own, make the table long, with a row "
+                "for each subject and level (docs/statistics.md, Wide tables)"
+            )
             raise LogError(
                 f"{_where(measures)}: no subject has values at more than one level of {factor!r}, so it is a factor "
-                "between subjects (or the subject column names something else); this analysis is within subjects"
+                "between subjects (or the subject column names something else); this analysis is within "
+                f"subjects{or_wide if wide else ''}"
             )
 
 

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from ppinfer.studies.readers.mapping import FileOptions
     from ppinfer.studies.readers.tables import Table
 
+_WIDE = "every subject has one row: is this a wide table, with a column for each level?"
+_MAKE_LONG = "make it long, with a row for each subject and level (docs/statistics.md, Wide tables)"
+
 
 def read_measures(
     path: str | Path,
@@ -71,6 +74,8 @@ def read_measures(
     faults = Faults()
     table = read_table(path, [(name, "") for name in (subject, *within, *dvs)], options, faults)
     if table is None:
+        if faults.counts["missing-column"]:
+            _tell_wide(path, subject, options, faults)
         raise_with_hint(path, options, faults)
         raise AssertionError("a table that was not read has a fault")
     subjects = _names(table, subject, faults)
@@ -125,7 +130,26 @@ def _check_roles(dvs: Sequence[str], within: Sequence[str], subject: str) -> Non
         )
 
 
+def _tell_wide(path: Path, subject: str, options: FileOptions, faults: Faults) -> None:
+    """Add to columns that are not there that the table seems to have a row a subject."""
+    from ppinfer.studies.readers.tables import read_table
+
+    table = read_table(path, [(subject, "")], options, Faults())
+    if table is not None and table.n_rows > 1:
+        codes = table.text(subject).codes
+        if (codes >= 0).all() and len(np.unique(codes)) == len(codes):
+            faults.add(Fault("wide-table", _WIDE, _MAKE_LONG, file=path.name))
+
+
 def _names(table: Table, column: str, faults: Faults) -> list[str]:
     found = table.text(column)
-    table.report(faults, "no-label", np.flatnonzero(found.codes < 0), column, "is empty; expected a name")
+
+    def describe(row: int) -> Fault:
+        cell = str(table.columns[column][row].as_py() or "").strip()
+        if not cell:
+            return table.fault("no-label", "is empty; expected a name", row, column)
+        told = f"{cell!r} stands for no value, and a name is expected"
+        return table.fault("no-label", told, row, column, "call it something else")
+
+    faults.add_each("no-label", np.flatnonzero(found.codes < 0).tolist(), describe)
     return [found.labels[code] if code >= 0 else "" for code in found.codes]

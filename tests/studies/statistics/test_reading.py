@@ -123,3 +123,38 @@ def test_a_column_has_one_role(table):
         read_measures(path, ["score"], within=["id"], subject="id")
     with pytest.raises(LogError, match="at least one dependent variable"):
         read_measures(path, [], within=["robot"], subject="id")
+
+
+WIDE = "id,naive,new,proactive\n1,3,4,5\n2,2,3,4\n3,1,2,2\n"
+
+
+@pytest.mark.parametrize(
+    ("dvs", "within"),
+    [
+        (["score"], ["robot"]),
+        (["naive", "new"], ["robot"]),
+        (["score"], ["naive", "new"]),
+        (["naive"], ["new"]),
+    ],
+)
+def test_a_table_with_a_column_for_each_level_is_told_to_be_wide(table, dvs, within):
+    with pytest.raises(LogError) as told:
+        read_measures(table(WIDE), dvs, within=within, subject="id")[0].complete()
+    text = "\n".join(getattr(told.value, "lines", [str(told.value)]))
+    assert "every subject has one row" in text
+    assert "a row for each subject and level" in text
+
+
+def test_a_misspelt_column_of_a_long_table_is_not_taken_for_a_wide_one(table):
+    with pytest.raises(FaultyLogError) as told:
+        read(table("\n".join(ROWS)), "scores")
+    assert told.value.counts == {"missing-column": 1}
+
+
+@pytest.mark.parametrize("cell", ["nan", "NA", "null"])
+def test_a_name_that_stands_for_no_value_is_told_as_it_stands(table, cell):
+    with pytest.raises(FaultyLogError) as told:
+        read(table("\n".join(ROWS).replace("new", cell)))
+    assert told.value.counts == {"no-label": 2}
+    assert f"{cell!r} stands for no value, and a name is expected" in told.value.lines[0]
+    assert "call it something else" in told.value.lines[0]

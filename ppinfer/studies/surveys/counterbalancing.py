@@ -6,21 +6,21 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement, permutations
+from itertools import permutations
 from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Int
 
 from ppinfer.errors import LogError
+from ppinfer.studies.surveys.random_orders import p_of_unevenness
 
 Design = Literal[
     "one order", "fully counterbalanced", "Williams design", "Latin square", "not counterbalanced"
 ]
 Confounding = Literal["none", "partial", "perfect"]
 LISTED_ORDERS = 120
-EXACT_ASSIGNMENTS = 200_000
-RANDOM_ASSIGNMENTS = 20_000
+MOST_CONDITIONS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,7 +211,7 @@ def check_orders(
     Raises
     ------
     LogError
-        If a condition is unknown or comes twice in an order, or there are fewer than two conditions.
+        If a condition is unknown or comes twice in an order, or there are fewer than two conditions or more than 100.
 
     Examples
     --------
@@ -228,6 +228,11 @@ def check_orders(
     if len(set(known)) < max(2, len(known)):
         raise LogError(
             f"orders are of two conditions or more, each named once; got {', '.join(map(repr, known)) or 'none'}"
+        )
+    if len(known) > MOST_CONDITIONS:
+        raise LogError(
+            f"there are {len(known):,} conditions, and orders of at most {MOST_CONDITIONS} are checked; is the column "
+            "of the condition another one?"
         )
     for who, order in orders.items():
         strange = [name for name in order if name not in known]
@@ -251,7 +256,7 @@ def check_orders(
     absent: tuple[tuple[str, ...], ...] = ()
     if possible <= LISTED_ORDERS:
         absent = tuple(order for order in permutations(known) if order not in dict(counted))
-    p, method = (math.nan, "none") if not whole else _p_value(positions, len(whole), seed)
+    p, method = (math.nan, "none") if not whole else p_of_unevenness(positions, len(whole), seed=seed)
     return Counterbalancing(
         known,
         len(whole),
@@ -270,40 +275,3 @@ def check_orders(
 def _statistic(positions: Int[np.ndarray, "condition position"], participants: int) -> float:
     k = len(positions)
     return float((k - 1) / k * ((positions - participants / k) ** 2).sum() * k / participants)
-
-
-def _p_value(positions: Int[np.ndarray, "condition position"], n: int, seed: int) -> tuple[float, str]:
-    k = len(positions)
-    # sums of squares of counts are whole numbers, so that ties are ties; A grows with them
-    observed = int((positions**2).sum())
-    orders = math.factorial(k)
-    if k <= 6 and math.comb(n + orders - 1, orders - 1) <= EXACT_ASSIGNMENTS:
-        return _exact(observed, k, n), "exact"
-    rng = np.random.default_rng(seed)
-    counts = np.zeros((RANDOM_ASSIGNMENTS, k, k), np.int64)
-    draws = np.arange(RANDOM_ASSIGNMENTS)[:, None]
-    for _ in range(n):
-        drawn = rng.permuted(np.tile(np.arange(k), (RANDOM_ASSIGNMENTS, 1)), axis=1)
-        counts[draws, drawn, np.arange(k)] += 1
-    reached = int(((counts**2).sum(axis=(1, 2)) >= observed).sum())
-    return (reached + 1) / (RANDOM_ASSIGNMENTS + 1), f"{RANDOM_ASSIGNMENTS} random assignments"
-
-
-def _exact(observed: int, k: int, n: int) -> float:
-    """Add up the probabilities of all ways to give n participants orders, by how many have each order."""
-    tables = np.array(
-        [[[int(order[at] == c) for at in range(k)] for c in range(k)] for order in permutations(range(k))]
-    )
-    orders = len(tables)
-    if orders == 2:
-        first = np.arange(n + 1)
-        counts = np.column_stack([first, n - first])
-    else:
-        # bars between stars: every composition of n into as many parts as there are orders
-        bars = np.array(list(combinations_with_replacement(range(n + 1), orders - 1)), np.int64)
-        edges = np.column_stack([np.zeros(len(bars), np.int64), bars, np.full(len(bars), n)])
-        counts = np.diff(edges, axis=1)
-    log_factorial = np.array([math.lgamma(i + 1) for i in range(n + 1)])
-    log_p = log_factorial[n] - log_factorial[counts].sum(axis=1) - n * math.log(orders)
-    squares = (np.tensordot(counts, tables, axes=(1, 0)) ** 2).sum(axis=(1, 2))
-    return min(1.0, float(np.exp(log_p[squares >= observed]).sum()))

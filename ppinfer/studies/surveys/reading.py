@@ -14,7 +14,8 @@ from ppinfer.studies.faults import Fault, Faults
 from ppinfer.studies.readers.mapping import FileOptions, closest
 from ppinfer.studies.readers.tables import Labels, Table, read_table
 from ppinfer.studies.statistics.reading import raise_with_hint
-from ppinfer.studies.surveys.instrument import Instrument, folded
+from ppinfer.studies.surveys.instrument import Instrument
+from ppinfer.studies.surveys.instrument_checks import folded
 from ppinfer.studies.surveys.survey import Survey
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d{1,3})?", re.ASCII)

@@ -21,7 +21,7 @@ from ppinfer.studies.surveys import (
     read_orders,
     read_survey,
 )
-from ppinfer.studies.surveys import counterbalancing as module
+from ppinfer.studies.surveys import random_orders as module
 from ppinfer.studies.surveys.survey_orders import check_survey_orders
 
 from .tables import HEADER, INSTRUMENT, table
@@ -93,6 +93,19 @@ def test_random_assignments_agree_with_going_through_all(monkeypatch):
     assert drawn.method == "20000 random assignments"
     assert drawn.p == pytest.approx(exact.p, abs=0.01)
     assert check_orders(orders).p == drawn.p
+    # a few at a time, as memory allows
+    monkeypatch.setattr(module, "_MAX_CELLS", 9 * 700)
+    assert check_orders(orders).p == pytest.approx(exact.p, abs=0.01)
+
+
+def test_many_conditions_of_many_participants_take_fewer_random_assignments(monkeypatch):
+    rng = np.random.default_rng(2)
+    names = [f"c{at}" for at in range(30)]
+    orders = named([rng.permutation(names).tolist() for _ in range(40)])
+    monkeypatch.setattr(module, "_MAX_DRAWS", 30 * 40 * 200)
+    found = check_orders(orders)
+    assert found.method == "200 random assignments"
+    assert 0.0 < found.p <= 1.0
 
 
 def test_the_statistic_nears_the_chi_squared_distribution_in_a_large_study():
@@ -142,6 +155,7 @@ def test_what_a_number_of_participants_does_not_allow_is_said():
         ({"a": "xz"}, {"conditions": ["x", "y"]}, "the order of participant 'a' has no condition 'z'"),
         ({"a": "x"}, {}, "two conditions or more"),
         ({}, {}, "got none"),
+        ({"a": [f"c{at}" for at in range(101)]}, {}, "101 conditions, and orders of at most 100 are checked"),
     ],
 )
 def test_orders_that_are_none_are_refused(orders, options, told):

@@ -79,6 +79,9 @@ def draws_plain_text(draw: Callable[_P, _T]) -> Callable[_P, _T]:
         made = draw(*args, **kwargs)
         for ax in _axes_of(made):
             as_plain_text(ax)
+            for legend in ax.figure.legends:
+                for text in legend.get_texts():
+                    as_plain(text)
         return made
 
     return drawn

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.motion_data import MotionData, read_motion
 from ppinfer.plots.palette import AGENT_COLOURS, FAINT, INK, MUTED, quiet
 from ppinfer.plots.workspace import halo
@@ -19,6 +20,7 @@ MAX_AGENTS = 3
 _MAX_PLACES = 12
 
 
+@draws_plain_text
 def plot_log_paths(log: xr.Dataset) -> tuple[Axes, ...]:
     """Draw the paths of all trials over one another, a panel for each of the first agents.
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from ppinfer.plots.labels import draws_plain_text
 from ppinfer.plots.motion_data import read_motion
 from ppinfer.plots.palette import FAINT, GOAL_COLOURS, new_axes, quiet
 from ppinfer.plots.trial_data import trial_index
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
 _MAX_NAMED = 12
 
 
+@draws_plain_text
 def plot_trial_paths(log: xr.Dataset, trial: str | int, *, ax: Axes | None = None) -> Axes:
     """Draw the paths of the agents of a trial in the plane, from open to full circle, with a dot each second.
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from ppinfer.plots.labels import as_plain_text
 from ppinfer.plots.over_time import draw_posterior_over_time
 from ppinfer.plots.participants import MAX_NAMED, plot_participants
 from ppinfer.plots.path import draw_path
@@ -155,6 +156,8 @@ def new_figure(width: float, height: float) -> Figure:
 def png_of(figure: Figure) -> bytes:
     """Return a figure as PNG."""
     buffer = io.BytesIO()
+    for ax in figure.axes:
+        as_plain_text(ax)
     with warnings.catch_warnings():
         # names in scripts that the font lacks are drawn as boxes; the page itself shows them
         warnings.filterwarnings("ignore", message="Glyph .* missing from font")

@@ -6,6 +6,7 @@ import math
 from functools import cache
 from typing import TYPE_CHECKING
 
+from ppinfer.errors import printable
 from ppinfer.report.folder import GENERATOR
 
 if TYPE_CHECKING:
@@ -34,6 +35,8 @@ def _environment() -> Environment:
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
+        # what would turn the direction of writing, or a terminal that shows the page, is shown itself
+        finalize=lambda value: printable(value, keep="\n") if type(value) is str else value,
     )
     for shown in (number, figures, error_decimals, p_value, bayes_factor):
         environment.filters[shown.__name__] = shown

@@ -32,6 +32,9 @@ class ReaderTally:
         Seconds that the slowest took.
     most_memory
         Bytes that the largest took beyond what there was before (0 where the system does not tell).
+    guarded
+        How many hung or crashed what read them, and were refused because `ppinfer.guarding` has another process for
+        that.
     """
 
     inputs: int
@@ -39,6 +42,7 @@ class ReaderTally:
     faithful: int
     slowest: float
     most_memory: int
+    guarded: int = 0
 
 
 def check_reader(
@@ -61,7 +65,8 @@ def check_reader(
     changed, and, in formats that are signed, whatever bytes were damaged) or refused by a `PPInferError` of one line
     that names a file. There is no other exception, no warning, nothing printed, nothing written, and no process that
     hangs, eats the memory or dies: the inputs are read in a child process with limits (so the system has to have
-    ``fork``).
+    ``fork``). An input that hangs or crashes even so is read once more as users read it, by the process of
+    `ppinfer.guarding`, and has to be refused there.
 
     Parameters
     ----------
@@ -129,6 +134,7 @@ def check_reader(
         faithful=sum(not outcome.refused for outcome in outcomes),
         slowest=max((outcome.seconds for outcome in outcomes), default=0.0),
         most_memory=max((outcome.memory for outcome in outcomes), default=0),
+        guarded=sum(outcome.ended for outcome in outcomes),
     )
 
 

@@ -12,12 +12,13 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Generator, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from ppinfer.guarding.limits import Limits, obey
+from ppinfer.guarding.limits import Limits, limited, obey
 
 _PATIENCE = 6
 """A child that waits instead of working is given up after so many times the CPU seconds it may take."""
@@ -33,7 +34,10 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of one attempt: what it was, whether it was refused, how it broke the law (empty if not), its cost."""
+    """What came of one attempt: what it was, whether it was refused, how it broke the law (empty if not), its cost.
+
+    `ended` says that the process did not live through it.
+    """
 
     index: int
     name: str
@@ -41,6 +45,7 @@ class Outcome:
     broken: str
     seconds: float
     memory: int
+    ended: bool = False
 
 
 def attempts(
@@ -48,8 +53,10 @@ def attempts(
     prepare: Callable[[], None],
     indices: Sequence[int],
     bounds: Bounds,
-) -> Iterator[Outcome]:
-    """Make attempts one after another in a child process; one that ends it is an outcome as well.
+) -> Generator[Outcome, None, None]:
+    """Make attempts one after another in a child process; one that ends it is made again as `ppinfer.guarding` has it.
+
+    Libraries hang and crash on some damaged files, whoever calls them: what matters is that the guard then refuses.
 
     Parameters
     ----------
@@ -78,6 +85,10 @@ def attempts(
         for outcome in _one_child(attempt, prepare, left, bounds):
             begun = True
             left = left[left.index(outcome.index) + 1 :]
+            if outcome.ended:
+                again = _one_child(attempt, prepare, [outcome.index], bounds, guarded=True)
+                outcome = replace(next(again, outcome), ended=True)
+                again.close()
             yield outcome
         assert begun or not left, "the child process ended before its first attempt"
 
@@ -87,7 +98,9 @@ def _one_child(
     prepare: Callable[[], None],
     indices: Sequence[int],
     bounds: Bounds,
-) -> Iterator[Outcome]:
+    *,
+    guarded: bool = False,
+) -> Generator[Outcome, None, None]:
     reading, writing = os.pipe()
     with warnings.catch_warnings():
         # Python warns that other threads' locks stay locked in the child: those of ours are made anew there
@@ -96,7 +109,7 @@ def _one_child(
     if child == 0:
         try:
             os.close(reading)
-            _work(attempt, prepare, indices, bounds, writing)
+            _work(attempt, prepare, indices, bounds, writing, guarded)
         finally:
             os._exit(0)
     os.close(writing)
@@ -115,7 +128,7 @@ def _one_child(
         with_end = _end(child)
     if current:
         told_end = f"the process ended: {with_end} (at most {bounds.seconds} s of CPU time are allowed)"
-        yield Outcome(current["begun"], current.get("name", "?"), False, told_end, float(bounds.seconds), 0)
+        yield Outcome(current["begun"], "?", False, told_end, float(bounds.seconds), 0, ended=True)
 
 
 def _end(child: int) -> str:
@@ -154,6 +167,7 @@ def _work(
     indices: Sequence[int],
     bounds: Bounds,
     writing: int,
+    guarded: bool,
 ) -> None:
     def tell(told: dict[str, Any]) -> None:
         os.write(writing, json.dumps(told).encode() + b"\n")
@@ -165,8 +179,12 @@ def _work(
             os.dup2(printed.fileno(), descriptor)
         sys.stdout, sys.stderr = os.fdopen(1, "w", closefd=False), os.fdopen(2, "w", closefd=False)
         warnings.simplefilter("error")
-        # this process has limits already: no other is to read the files first
-        obey(Limits(bounds.seconds, bounds.memory))
+        context = ExitStack()
+        if guarded:
+            context.enter_context(limited(seconds=bounds.seconds))
+        else:
+            # this process has limits already: no other is to read the files first
+            obey(Limits(bounds.seconds, bounds.memory))
         try:
             prepare()
         except BaseException as error:
@@ -176,7 +194,8 @@ def _work(
         gc.freeze()
         for index in indices:
             tell({"begun": index})
-            _limit(bounds)
+            if not guarded:
+                _limit(bounds)
             before, start = _peak_memory(anew=True), time.perf_counter()
             try:
                 name, refused, broken = attempt(index)

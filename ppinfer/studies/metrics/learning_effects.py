@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -36,8 +37,8 @@ class Learning:
     slope, sem : float
         Mean over participants of each one's least-squares slope, in the metric's units a round, and its standard error.
     t, df, p : float
-        Student's t of the mean slope against 0, n - 1 degrees of freedom, two-sided p; NaN for one participant, or
-        where all have the same slope.
+        Student's t of the mean slope against 0, n - 1 degrees of freedom, two-sided p; NaN for one participant or where
+        no slope is other than 0; infinite, and p 0, where all have the same other slope.
     low, high : float
         Student's interval of the mean slope.
     participants : int
@@ -90,6 +91,7 @@ def learning_of(
     slope: Float[np.ndarray, " participant"],
     *,
     level: float = LEVEL,
+    noise: float = 0.0,
 ) -> Learning:
     """Put together means by round and participants' slopes.
 
@@ -105,6 +107,8 @@ def learning_of(
         Each participant's slope; NaN = none.
     level : float
         Probability of the interval.
+    noise : float
+        What rounding alone leaves of a slope that is zero in exact arithmetic.
 
     Examples
     --------
@@ -112,25 +116,25 @@ def learning_of(
     >>> learned.slope, learned.sem, learned.t, round(learned.p, 3), [row.mean for row in learned.rounds]
     (2.0, 1.0, 2.0, 0.295, [1.0, 3.0])
     """
-    from scipy.special import stdtr, stdtrit
+    from ppinfer.studies.statistics.student import student_tests
 
     means = over_participants(by_round, resamples=0)
-    of_slope = over_participants(slope[:, None], resamples=0)
-    mean, sem, n = float(of_slope.mean[0]), float(of_slope.sem[0]), int(of_slope.participants[0])
-    t = p = low = high = float("nan")
+    known = slope[~np.isnan(slope)]
+    n = len(known)
+    mean = float(known.mean()) if n else float("nan")
+    sem = t = p = half = float("nan")
     if n > 1:
-        # where all slopes are alike there is no error to compare with
-        if sem > 0:
-            t = mean / sem
-            p = float(2.0 * stdtr(n - 1, -abs(t)))
-        half = float(stdtrit(n - 1, 0.5 + level / 2.0)) * sem
-        low, high = mean - half, mean + half
+        tests = student_tests(known[:, None], noise=noise)
+        mean, sem = float(tests.mean[0]), float(tests.sd[0]) / math.sqrt(n)
+        t, p, half = float(tests.t[0]), float(tests.p[0]), float(tests.half_width(level)[0])
     rows = tuple(
-        RoundMean(int(name), float(mean), float(sem), int(count))
-        for name, mean, sem, count in zip(rounds, means.mean, means.sem, means.participants, strict=True)
+        RoundMean(int(name), float(mean_then), float(sem_then), int(count))
+        for name, mean_then, sem_then, count in zip(
+            rounds, means.mean, means.sem, means.participants, strict=True
+        )
         if count > 0
     )
-    return Learning(group, metric, rows, mean, sem, t, max(n - 1, 0), p, low, high, n)
+    return Learning(group, metric, rows, mean, sem, t, max(n - 1, 0), p, mean - half, mean + half, n)
 
 
 def learning_in_cells(
@@ -177,8 +181,9 @@ def learning_in_cells(
         by_round, _ = cell_means(column, cell * rounds.size + at.reshape(-1), cells.size * rounds.size)
         table = by_round.reshape(*shape, rounds.size)
         slope = slopes(column, time, cell, cells.size).reshape(shape)
+        noise = 16 * np.finfo(float).eps * float(np.abs(column[~np.isnan(column)]).max(initial=0.0))
         told += [
-            learning_of(label, metric, table[:, index], rounds, slope[:, index], level=level)
+            learning_of(label, metric, table[:, index], rounds, slope[:, index], level=level, noise=noise)
             for index, label in enumerate(cells.labels)
         ]
     return told

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import itertools
-import math
 from dataclasses import asdict, dataclass
 from typing import Literal, get_args
 
 import numpy as np
-from jaxtyping import Float
 
 from ppinfer.studies.statistics.anova import NAN, exponential, finite_or_none
 from ppinfer.studies.statistics.bayes_factors import PRIOR_SCALE, check_prior_scale, log_bayes_factor
 from ppinfer.studies.statistics.contrasts import marginal_values
 from ppinfer.studies.statistics.measures import RepeatedMeasures, check_choice
 from ppinfer.studies.statistics.posterior_differences import credible_interval
+from ppinfer.studies.statistics.student import student_tests
 
 Adjustment = Literal["bonferroni", "holm"]
 CONFIDENCE = 0.95
@@ -113,7 +112,6 @@ def pairwise_tests(
     >>> round(test.t, 4), test.df, round(test.p, 6)
     (-4.0621, 9, 0.002833)
     """
-    from scipy.stats import t as student
     from statsmodels.stats.multitest import multipletests
 
     check_choice("the adjustment", adjust, get_args(Adjustment))
@@ -127,22 +125,24 @@ def pairwise_tests(
         first, second = (np.array(side) for side in zip(*pairs, strict=True))
         differences = values[:, first] - values[:, second]
         noise = 16 * np.finfo(float).eps * np.abs(values).max()
-        mean, spread = _moments(differences, noise)
+        found = student_tests(differences, noise=noise)
         with np.errstate(divide="ignore", invalid="ignore"):
-            d_z = mean / spread
-        t = d_z * math.sqrt(n)
-        p = 2 * student.sf(np.abs(t), n - 1)
+            d_z = found.mean / found.sd
         # what never differs is no evidence: it counts as a pair, with a p of 1
-        known = np.where(np.isnan(p), 1.0, p)
+        known = np.where(np.isnan(found.p), 1.0, found.p)
         adjusted = {name: multipletests(known, method=name)[1] for name in ("bonferroni", "holm")}
-        half, half_all = (
-            student.isf((1 - CONFIDENCE) / 2 / many, n - 1) * spread / math.sqrt(n)
-            for many in (1, len(pairs))
-        )
+        half = found.half_width(CONFIDENCE)
+        half_all = found.half_width(CONFIDENCE, together=len(pairs))
+        ends = {
+            "low": found.mean - half,
+            "high": found.mean + half,
+            "low_simultaneous": found.mean - half_all,
+            "high_simultaneous": found.mean + half_all,
+        }
         for index, (a, b) in enumerate(pairs):
-            undefined = bool(np.isnan(t[index]))
+            undefined = bool(np.isnan(found.t[index]))
             credible = (NAN, NAN)
-            if spread[index] > 0:
+            if found.sd[index] > 0:
                 credible = credible_interval(differences[:, index], level=CONFIDENCE, prior_scale=prior_scale)
             of_pair = {name: NAN if undefined else float(ps[index]) for name, ps in adjusted.items()}
             tests.append(
@@ -151,32 +151,21 @@ def pairwise_tests(
                     effect=factor,
                     a=cells[a][0],
                     b=cells[b][0],
-                    mean_difference=float(mean[index]),
-                    low=float(mean[index] - half[index]),
-                    high=float(mean[index] + half[index]),
-                    low_simultaneous=float(mean[index] - half_all[index]),
-                    high_simultaneous=float(mean[index] + half_all[index]),
-                    t=float(t[index]),
+                    mean_difference=float(found.mean[index]),
+                    **{name: float(of_pairs[index]) for name, of_pairs in ends.items()},
+                    t=float(found.t[index]),
                     df=n - 1,
-                    p=float(p[index]),
+                    p=float(found.p[index]),
                     p_bonferroni=of_pair["bonferroni"],
                     p_holm=of_pair["holm"],
                     p_adjusted=of_pair[adjust],
                     adjustment=adjust,
                     effect_size=float(d_z[index]),
                     log_bf10=log_bayes_factor(
-                        float(t[index] ** 2), 1, n - 1, subjects=n, prior_scale=prior_scale
+                        float(found.t[index] ** 2), 1, n - 1, subjects=n, prior_scale=prior_scale
                     ),
                     credible_low=credible[0],
                     credible_high=credible[1],
                 )
             )
     return tuple(tests)
-
-
-def _moments(
-    differences: Float[np.ndarray, "subject pair"], noise: float
-) -> tuple[Float[np.ndarray, " pair"], Float[np.ndarray, " pair"]]:
-    """Return means and standard deviations, exactly zero where they are no more than rounding."""
-    mean, spread = differences.mean(axis=0), differences.std(axis=0, ddof=1)
-    return np.where(np.abs(mean) > noise, mean, 0.0), np.where(spread > noise, spread, 0.0)

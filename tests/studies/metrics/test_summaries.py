@@ -138,6 +138,21 @@ def test_a_slope_that_everybody_has_is_found_and_its_test_is_students():
     assert (old.slope, old.participants) == (pytest.approx(0.0), 7)
 
 
+def test_slopes_that_differ_by_rounding_only_do_not_differ():
+    base = np.random.default_rng(0).normal(size=6)
+    rows = [
+        (f"p{person}", condition, when, start + slope * when)
+        for person, start in enumerate(base)
+        for condition, slope in (("new", 0.1), ("old", 0.0))
+        for when in range(3 + person % 4)
+    ]
+    new, old = table(rows).learning("condition")
+    assert (new.slope, new.sem, new.t, new.p) == (pytest.approx(0.1), 0.0, np.inf, 0.0)
+    assert (new.low, new.high) == (new.slope, new.slope)
+    assert (old.slope, old.sem) == (0.0, 0.0)
+    assert np.isnan([old.t, old.p]).all()
+
+
 @settings(max_examples=30)
 @given(st.lists(st.tuples(st.integers(0, 5), st.floats(-100, 100)), min_size=2, max_size=8))
 def test_a_participants_slope_is_that_of_least_squares(points):

@@ -7,8 +7,8 @@ import xarray as xr
 
 from ppinfer.errors import LogError
 from ppinfer.studies.metrics import Metric, trial_metrics
-from ppinfer.studies.metrics.idleness import IdleFrom
-from ppinfer.studies.metrics.roles import Roles
+from ppinfer.studies.metrics.idleness import IdleFrom, flag_of
+from ppinfer.studies.metrics.roles import ROLES, Roles
 from ppinfer.studies.trial_selection import select_trials
 from ppinfer.testing.example_teams import example_team_log
 
@@ -48,11 +48,15 @@ def check_metric(metric: Metric, log: xr.Dataset | None = None) -> None:
     assert len(metric.meaning.splitlines()) == 1, f"{metric.name}: its meaning is not one line"
     missing = metric.missing(tried, Roles.of(tried))
     assert not missing, f"{metric.name}: {missing}; give a log that has it"
-    sources: list[IdleFrom] = ["motion"]
+    values = _check_values(metric, tried, "motion")
     if {"is_robot_waiting", "is_human_waiting"} <= set(tried.variables):
-        sources.append("flags")
-    for source in sources:
-        _check_values(metric, tried, source)
+        if any(flag_of(role) in metric.reads for role in ROLES):
+            _check_values(metric, tried, "flags")
+        else:
+            told = (
+                f"{metric.name}: it depends on who is idle, and does not say that it reads flags of waiting"
+            )
+            _same(values, _values(metric, tried, "flags"), told)
     _check_refusal(metric, tried)
 
 
@@ -63,7 +67,7 @@ def _values(metric: Metric, log: xr.Dataset, source: IdleFrom, samples: int = 1_
     ]
 
 
-def _check_values(metric: Metric, log: xr.Dataset, source: IdleFrom) -> None:
+def _check_values(metric: Metric, log: xr.Dataset, source: IdleFrom) -> np.ndarray:
     values = _values(metric, log, source)
     assert not np.isinf(values).any(), (
         f"{metric.name}: a value is infinite; expected a number, or NaN = undefined"
@@ -81,6 +85,7 @@ def _check_values(metric: Metric, log: xr.Dataset, source: IdleFrom) -> None:
     )
     later = log.assign({name: log[name] + 1024.0 for name in _ON_THE_CLOCK if name in log.variables})
     _same(values, _values(metric, later, source), f"{metric.name}: it depends on when the clock starts")
+    return values
 
 
 def _check_refusal(metric: Metric, log: xr.Dataset) -> None:

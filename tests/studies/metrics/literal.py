@@ -12,10 +12,13 @@ ROLES = ("robot", "human")
 
 def literal_metrics(log, *, speed=0.5, flags=False):
     """Return {metric: [value of each trial]} of a log like `example_team_log`; NaN where a value is undefined."""
-    agents = log["agent"].values.tolist()
-    edges = np.concatenate([[0], np.cumsum(log["row_size"].values)])
+    trials = log.sizes["trial"]
+    # arrays, not data sets: each of many thousand looks into a data set makes a new array
+    log = {str(name): variable.values for name, variable in log.variables.items()}
+    agents = log["agent"].tolist()
+    edges = np.concatenate([[0], np.cumsum(log["row_size"])])
     found: dict[str, list[float]] = {}
-    for trial in range(log.sizes["trial"]):
+    for trial in range(trials):
         samples = range(edges[trial], edges[trial + 1])
         for name, value in one_trial(log, trial, samples, agents, speed, flags).items():
             found.setdefault(name, []).append(value)
@@ -24,19 +27,19 @@ def literal_metrics(log, *, speed=0.5, flags=False):
 
 def one_trial(log, trial, samples, agents, speed, flags):
     """Return every metric of one trial."""
-    time = {k: float(log["time"].values[k]) for k in samples}
+    time = {k: float(log["time"][k]) for k in samples}
     began, ended = time[samples[0]], time[samples[-1]]
     length = ended - began
-    finish = {role: float(log["finish_time"].values[trial, agents.index(role)]) for role in ROLES}
-    first = float(log["first_score_s"].values[trial])
+    finish = {role: float(log["finish_time"][trial, agents.index(role)]) for role in ROLES}
+    first = float(log["first_score_s"][trial])
     told = {
         "duration_s": length,
         "total_s": max(length if math.isnan(finish[role]) else finish[role] - began for role in ROLES),
         "failures": float(any(math.isnan(finish[role]) for role in ROLES)),
-        "stops": float(log["stops"].values[trial]),
-        "stop_episodes": float(log["stop_episodes"].values[trial]),
-        "score": float(log["team_score"].values[trial]),
-        "collisions": float(runs([log["collision"].values[k] for k in samples])),
+        "stops": float(log["stops"][trial]),
+        "stop_episodes": float(log["stop_episodes"][trial]),
+        "score": float(log["team_score"][trial]),
+        "collisions": float(runs([log["collision"][k] for k in samples])),
         "first_score_s": length if math.isnan(first) else first - began,
         "scoreless": float(math.isnan(first)),
     }
@@ -47,8 +50,8 @@ def one_trial(log, trial, samples, agents, speed, flags):
     states = {}
     for role in ROLES:
         agent = agents.index(role)
-        where = {k: log["position"].values[k, agent] for k in samples}
-        hand = {k: log["end_effector"].values[k, agent] for k in samples}
+        where = {k: log["position"][k, agent] for k in samples}
+        hand = {k: log["end_effector"][k, agent] for k in samples}
         seen = [
             pair for pair in pairs if not (np.isnan(where[pair[0]]).any() or np.isnan(where[pair[1]]).any())
         ]
@@ -58,18 +61,18 @@ def one_trial(log, trial, samples, agents, speed, flags):
         told[f"{role}_path_length"] = walked if seen else math.nan
         told[f"{role}_hand_path_m"] = sum(math.dist(hand[a], hand[b]) for a, b in seen) if seen else math.nan
         told[f"{role}_mean_speed"] = walked / seen_time if seen else math.nan
-        picks = sum(log[f"{role}_pick"].values[k] >= 0 for k in samples)
+        picks = sum(log[f"{role}_pick"][k] >= 0 for k in samples)
         told[f"{role}_picks_per_minute"] = 60 * picks / length if length else math.nan
         segments = sum(
-            log["segment_agent"].values[s] == role and log["segment_trial"].values[s] == trial
-            for s in range(log.sizes["segment"])
+            log["segment_agent"][s] == role and log["segment_trial"][s] == trial
+            for s in range(len(log["segment_trial"]))
         )
         told[f"{role}_segments_per_minute"] = 60 * segments / length if length else math.nan
         told[f"{role}_goal_changes"] = float(goal_changes(log, samples, agent))
         state = {}
         for a, b in pairs:
             if flags:
-                state[b] = "idle" if log[f"is_{role}_waiting"].values[a] else "active"
+                state[b] = "idle" if log[f"is_{role}_waiting"][a] else "active"
             elif (a, b) not in seen:
                 state[b] = "unseen"
             else:
@@ -96,7 +99,7 @@ def goal_changes(log, samples, agent):
     for k in samples:
         if last is not None and k > samples[0] and moved(log, k):
             last = "another draw"
-        goal = int(log["pursued"].values[k, agent])
+        goal = int(log["pursued"][k, agent])
         if goal < 0:
             continue
         count += last not in (None, "another draw", goal)
@@ -106,7 +109,7 @@ def goal_changes(log, samples, agent):
 
 def moved(log, k):
     """Return whether a goal is elsewhere than at the sample before."""
-    now, before = log["goal_position"].values[k], log["goal_position"].values[k - 1]
+    now, before = log["goal_position"][k], log["goal_position"][k - 1]
     return not all(a == b or (a != a and b != b) for a, b in zip(now.ravel(), before.ravel(), strict=True))
 
 

@@ -64,6 +64,10 @@ def test_two_studies_joined_have_the_metrics_of_each():
         (lambda trials: np.arange(trials.row_size.size, dtype=float), "in another order of trials"),
         (lambda trials: trials.duration + trials.row_size.size, "a trial by itself"),
         (lambda trials: trials.began, "when the clock starts"),
+        (
+            lambda trials: trials.duration * len(trials.idle.speed),
+            "does not say that it reads flags of waiting",
+        ),
         (lambda trials: np.divide(1.0, np.zeros(trials.row_size.size)), "infinite"),
     ],
 )

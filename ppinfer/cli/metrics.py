@@ -97,10 +97,12 @@ def run(args: argparse.Namespace) -> int:
     from ppinfer.cli.output import print_json
     from ppinfer.cli.progress import progress_bar
     from ppinfer.cli.targets import check_output
-    from ppinfer.errors import printable
+    from ppinfer.errors import LogError, printable
     from ppinfer.studies.csv_writing import write_csv
     from ppinfer.studies.metrics import trial_metrics
 
+    if args.learning_over and not args.learning_by:
+        raise LogError("--learning-over says what rounds are counted by; give --learning-by too")
     if args.output:
         check_output(args.output, suffix=".csv", inputs=[args.log])
     with progress_bar("measuring") as progress:

@@ -118,7 +118,7 @@ def test_the_same_fit_is_written_twice(log, tmp_path, capsys):
     [
         (("--participants", "nobody"), "there is no participant 'nobody'; there are p0, p1, p2, p3"),
         (("--exclude", "p0", "p1", "p2", "p3"), "no participant is left"),
-        (("-o", "nowhere/m.toml"), "there is no directory 'nowhere'"),
+        (("-o", "nowhere/m.toml"), "there is no folder 'nowhere'"),
         (("--set", "scale=1"), "nothing left to fit"),
         (("--objective", "likelihood"), "likelihood objective is that of goal-lqr"),
     ],

@@ -106,11 +106,18 @@ def test_a_recording_and_a_log_without_goals_are_measured(tmp_path, capsys):
         (["--learning-by", "weather"], "trials cannot be grouped by 'weather'"),
         (["--learning-by", "condition", "--learning-over", "participant"], "'participant' is text"),
         (["--robot", "cat"], "there is no agent 'cat' in the log; there are human, robot"),
+        (
+            ["--learning-over", "round"],
+            "--learning-over says what rounds are counted by; give --learning-by too",
+        ),
         (["-o", "trials.txt"], "the output is a .csv file"),
+        (["-o", "nowhere/trials.csv"], "nowhere/trials.csv: there is no folder 'nowhere'; make it first"),
+        (["-o", "folder.csv"], "folder.csv: is a folder"),
     ],
 )
 def test_what_cannot_be_is_one_line_and_nothing_is_written(team, tmp_path, monkeypatch, capsys, flags, told):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.csv").mkdir()
     before = sorted(tmp_path.iterdir())
     assert run_one("metrics", team, *(["-o", "trials.csv"] if "-o" not in flags else []), *flags) == 1
     out, err = capsys.readouterr()

@@ -158,7 +158,7 @@ def test_what_comes_from_a_table_is_text_in_the_next_one(folder, capsys):
         ),
         ({}, ("-o", "scores.txt"), "the output is a .csv file"),
         ({}, ("-o", "answers.csv"), "is both read and written"),
-        ({}, ("-o", "nowhere/scores.csv"), "nowhere"),
+        ({}, ("-o", "nowhere/scores.csv"), "nowhere'; make it first"),
     ],
 )
 def test_a_failure_is_one_line_and_leaves_nothing(folder, capsys, change, more, told):

@@ -120,7 +120,8 @@ def trial_metrics(
         missing,
         (
             *(found if any("position" in metric.needs for metric in possible) else []),
-            *_strangers(names, roles),
+            # who names a role has thought of the other
+            *(_strangers(roles) if names is None and robot is None and human is None else []),
             *_warnings(values, possible, rule, columns["participant"], simulated),
         ),
         {
@@ -208,12 +209,14 @@ def _checked(metric: Metric, trials: TrialContext) -> Float[np.ndarray, " trial"
     return values
 
 
-def _strangers(names: Sequence[str | Metric] | None, roles: Roles) -> list[str]:
-    if names is not None or any(roles.index(role) is not None for role in ROLES):
+def _strangers(roles: Roles) -> list[str]:
+    absent = [role for role in ROLES if roles.index(role) is None]
+    free = [agent for agent in roles.agents if agent not in (roles.robot, roles.human)]
+    if not absent or not free:
         return []
-    return [
-        f"nobody is the robot or the human: the agents are {', '.join(roles.agents)}; say with --robot and --human"
-    ]
+    who, flags = " or the ".join(absent), " and ".join(f"--{role}" for role in absent)
+    others = "the agents are" if len(absent) == len(ROLES) else "the log also has"
+    return [f"nobody is the {who}: {others} {', '.join(free)}; say with {flags}"]
 
 
 def _warnings(

@@ -117,8 +117,8 @@ def _refuse_between(measures: RepeatedMeasures) -> None:
         if len(there) > 1 and at_level.shape[1] > 1 and at_level.any() and (at_level.sum(axis=1) <= 1).all():
             wide = there.reshape(len(there), -1).sum(axis=1).max() == 1
             or_wide = (
-                "; every subject has one row, so if each level has a column of its own, make the table long, with a row "
-                "for each subject and level (docs/statistics.md, Wide tables)"
+                "; every subject has one row, so if each level has a column of its own, make the table long, with a "
+                "row for each subject and level (docs/statistics.md, Wide tables)"
             )
             raise LogError(
                 f"{_where(measures)}: no subject has values at more than one level of {factor!r}, so it is a factor "

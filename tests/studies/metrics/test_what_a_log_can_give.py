@@ -139,3 +139,10 @@ def test_steps_that_cannot_be_are_told_where_they_count(tmp_path):
     write_log(log, tmp_path / "log.nc")
     assert "2 steps of 'human' are faster than" in trial_metrics(tmp_path / "log.nc").warnings[0]
     assert "faster" not in " ".join(trial_metrics(tmp_path / "log.nc", names=["duration_s"]).warnings)
+
+
+def test_an_agent_without_a_role_is_told_where_a_role_is_free():
+    log = example_team_log().assign_coords(agent=np.array(["human", "cobot"], dtype=object))
+    assert "nobody is the robot: the log also has cobot; say with --robot" in trial_metrics(log).warnings
+    assert not any("nobody" in told for told in trial_metrics(log, robot="cobot").warnings)
+    assert not any("nobody" in told for told in trial_metrics(log, names=["duration_s"]).warnings)

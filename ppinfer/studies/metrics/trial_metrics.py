@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -14,13 +14,14 @@ from ppinfer.errors import LogError
 from ppinfer.studies.metrics.cells import Cells
 from ppinfer.studies.metrics.grouping import column_of
 from ppinfer.studies.metrics.learning_effects import Learning, learning_in_cells
-from ppinfer.studies.metrics.over_participants import (
-    LEVEL,
-    RESAMPLES,
-    OverParticipants,
-    over_participants,
+from ppinfer.studies.metrics.over_participants import LEVEL, RESAMPLES, cell_means
+from ppinfer.studies.metrics.summaries import (
+    GroupMean,
+    MetricFacts,
+    PairedDifference,
+    group_means,
+    paired_differences,
 )
-from ppinfer.studies.metrics.summaries import GroupMean, MetricFacts, PairedDifference
 
 if TYPE_CHECKING:
     from ppinfer.studies.statistics.measures import RepeatedMeasures
@@ -131,14 +132,7 @@ class TrialMetrics:
             If there is no such column, or it has too many values.
         """
         cells = Cells.of(self.columns, column)
-        means, count = self._means(cells)
-        # all at once: the same participants are drawn for all that the same participants have
-        found = over_participants(means, resamples=resamples, seed=seed, level=level)
-        rows = itertools.product(self.names, cells.labels)
-        return [
-            GroupMean(label, metric, *_numbers(found, at), int(count[:, at].sum()))
-            for at, (metric, label) in enumerate(rows)
-        ]
+        return group_means(self.names, self.values, cells, resamples=resamples, seed=seed, level=level)
 
     def differences(
         self,
@@ -164,20 +158,7 @@ class TrialMetrics:
             If there is no such column, or it has too many values.
         """
         cells = Cells.of(self.columns, column)
-        labels = cells.labels
-        pairs = list(itertools.combinations(range(len(labels)), 2))
-        if not pairs:
-            return []
-        first, second = np.array(pairs).T
-        means = self._means(cells)[0].reshape(len(cells.people), len(self.names), len(labels))
-        differences = (means[..., first] - means[..., second]).reshape(len(cells.people), -1)
-        found = over_participants(differences, resamples=resamples, seed=seed, level=level)
-        rows = itertools.product(self.names, pairs)
-        return [
-            PairedDifference(labels[a], labels[b], metric, *_numbers(found, at))
-            for at, (metric, (a, b)) in enumerate(rows)
-            if found.participants[at]
-        ]
+        return paired_differences(self.names, self.values, cells, resamples=resamples, seed=seed, level=level)
 
     def learning(
         self,
@@ -243,24 +224,25 @@ class TrialMetrics:
         from ppinfer.studies.statistics.measures import RepeatedMeasures
 
         factors = [within] if isinstance(within, str) else list(within)
-        values = self.values_of(metric)
-        # people and levels in the order of their names, whatever the order of trials
-        order = np.lexsort(
-            [
-                np.unique(self.columns["participant"], return_inverse=True)[1],
-                *(
-                    np.unique(column_of(self.columns, name), return_inverse=True)[1]
-                    for name in reversed(factors)
-                ),
-            ]
-        )
-        return RepeatedMeasures.from_columns(
+        # people and levels in the order of their names, whatever the order of trials and whoever lacks some
+        found = [
+            np.unique(column_of(self.columns, name), return_inverse=True)
+            for name in ("participant", *factors)
+        ]
+        names = [tuple(map(str, labels)) for labels, _ in found]
+        shape = tuple(map(len, names))
+        cell = np.ravel_multi_index([codes.reshape(-1) for _, codes in found], shape)
+        means, count = cell_means(self.values_of(metric), cell, math.prod(shape))
+        several = int((count > 1).sum())
+        note = f"{metric!r}: mean of several trials taken in {several} cells (up to {count.max()} trials)"
+        return RepeatedMeasures(
             metric,
-            values[order],
-            [str(name) for name in self.participant[order]],
-            {name: [str(label) for label in self.columns[name][order]] for name in factors},
-            repeated="mean",
+            means.reshape(shape),
+            names[0],
+            tuple(factors),
+            tuple(names[1:]),
             source=str(self.provenance.get("log", "")),
+            notes=(note,) if several else (),
         )
 
     def participant_means(
@@ -318,29 +300,8 @@ class TrialMetrics:
             level=level,
         )
 
-    def _means(
-        self, cells: Cells
-    ) -> tuple[Float[np.ndarray, "participant statistic"], Int[np.ndarray, "participant statistic"]]:
-        """Return each participant's mean of each metric in each group, and of how many trials it is."""
-        found = [cells.means(column) for column in self.values.T]
-        nothing = np.empty((len(cells.people), 0))
-        return (
-            np.concatenate([nothing, *(means for means, _ in found)], axis=1),
-            np.concatenate([nothing.astype(np.int64), *(count for _, count in found)], axis=1),
-        )
-
     def _repr_html_(self) -> str:
         """Show the mean of every metric as a small table; what comes from the log is text."""
         from ppinfer.studies.metrics.faces import metrics_html
 
         return metrics_html(self)
-
-
-def _numbers(found: OverParticipants, at: int) -> tuple[float, float, float, float, int]:
-    return (
-        float(found.mean[at]),
-        float(found.sem[at]),
-        float(found.low[at]),
-        float(found.high[at]),
-        int(found.participants[at]),
-    )

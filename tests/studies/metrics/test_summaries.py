@@ -206,6 +206,14 @@ def test_measures_are_participants_by_conditions_for_analyses_of_variance():
     np.testing.assert_array_equal(measures.values, [[10.0, 2.0], [7.0, 4.0], [np.nan, 6.0]])
 
 
+def test_measures_are_in_the_order_of_names_whoever_lacks_a_condition():
+    rows = [("ann", "near", 0, 1.0), ("bob", "near", 0, 2.0), ("bob", "far", 0, 3.0), ("bob", "far", 1, 5.0)]
+    measures = table(rows[::-1]).measures("m")
+    assert (measures.subjects, measures.levels) == (("ann", "bob"), (("far", "near"),))
+    np.testing.assert_array_equal(measures.values, [[np.nan, 1.0], [4.0, 2.0]])
+    assert measures.notes == ("'m': mean of several trials taken in 1 cells (up to 2 trials)",)
+
+
 def test_measures_may_have_several_factors():
     measures = trial_metrics(example_team_log(), names=["score"]).measures("score", ["condition", "round"])
     assert measures.values.shape == (3, 2, 2)

@@ -85,7 +85,8 @@ def _draw_goals(log: xr.Dataset, ax: Axes) -> None:
     for index, name in enumerate(goals):
         places = np.unique(where[:, index], axis=0)
         places = places[~np.isnan(places).any(axis=1)]
-        few = len(goals) * len(places) <= _MAX_PLACES * 2
+        # names of goals that are elsewhere in every trial would cover each other
+        few = len(places) == 1 and len(goals) <= _MAX_PLACES
         ax.plot(
             *places.T, "D", color=INK if few else MUTED, mec="white", ms=6 if few else 3, linestyle="none"
         )

@@ -62,7 +62,8 @@ def counted(names: Iterable[str]) -> str:
     """
     counts = Counter(names)
     shown = [f"{name or 'unknown'}: {count:,}" for name, count in list(counts.items())[:_MOST_NAMED]]
-    return ", ".join(shown) + ", ..." * (len(counts) > _MOST_NAMED)
+    between = "; " if any(", " in name for name in counts) else ", "
+    return between.join(shown) + f"{between}..." * (len(counts) > _MOST_NAMED)
 
 
 def listed(names: Iterable[str]) -> str:

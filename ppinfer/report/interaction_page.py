@@ -40,7 +40,6 @@ from ppinfer.report.written import PageWriter, WrittenReport
 from ppinfer.studies.assumed_reactions import robots_of_ones_own
 from ppinfer.studies.game_performance import GAME_METRICS, GamePerformance, game_performance
 from ppinfer.studies.interaction import Interaction, live_names
-from ppinfer.studies.storage import open_log
 
 # robots that others are compared with, where they played
 _BASELINES = ("naive", "reactive")
@@ -65,62 +64,59 @@ class _Shown:
 
 
 def write_interaction_page(
-    source: Source, options: ReportOptions, pair: Pair, writer: PageWriter
+    source: Source, log: xr.Dataset, options: ReportOptions, pair: Pair, writer: PageWriter
 ) -> WrittenReport:
     """Write the page about a log of two agents among goals; see `ppinfer.report.write_report`."""
-    with open_log(source.path) as log:
-        wanted = wanted_trials(log, options.participants, options.exclude)
-        measured = measured_log(log, wanted, robot=pair.robot, human=pair.human)
-        tested = compare_conditions(measured)
-        named = None if options.trials is None else [each.index for each in named_trials(log, options.trials)]
-        models: dict[str, GoalModel] = {COUPLED: GoalCoupled()}
-        if options.model is not None or options.parameters:
-            model = options.goal_model()
-            models[f"{model.name} {options.model_origin().partition(',')[0]}"] = model
-        inferred = infer_beliefs(source.path, log, pair, models)
-        performance = _performance(log, pair, wanted)
-        scored, left_out = score_beliefs(log, pair, inferred, options)
-        scores = [row for each in scored for row in each.scores]
-        shown = _shown(log, pair, inferred, wanted, named)
-        told = None if performance is None else _told(performance)
-        contents = Contents(
-            title=str(log.attrs.get("title") or "Two agents among goals"),
-            lead=(
-                f"A {pair.human} and a {pair.robot} among goals in {source.given.name}: where the {pair.human} will "
-                f"go, given what the {pair.robot} does, and how safe the {pair.robot} is among where they may go."
-            ),
-            warnings=belief_warnings(scores, left_out),
-            sections={
-                "data": [data_part(log_sheet(log, more=_facts(log, inferred, performance)))],
-                "faults": [
-                    faults_part(source.checked, what="the log", notes=str(log.attrs.get("notes", "")))
-                ],
-                "posteriors": [
-                    *_interaction_parts(log, pair, shown, by_name=named is not None),
-                    *_score_parts(scores, pair, left_out),
-                    *_safety_parts(shown, pair),
-                ],
-                "calibration": [_calibration_part(scored)],
-                "metrics": [*([] if told is None else [_game_part(told)]), *metrics_parts(measured)],
-                "tests": tests_parts(tested),
-                "made": [
-                    made_part(
-                        source,
-                        options,
-                        log_provenance(log),
-                        more=[("The beliefs on this page", _model_facts(inferred, models, options))],
-                    )
-                ],
-            },
-        )
-        return writer.write(
-            contents,
-            trials=tuple(dict.fromkeys(one.trial_id for one in shown.interactions)),
-            game_performance=told,
-            conditional_scores=tuple(scores),
-            metrics=measured,
-            tests=tested,
-        )
+    wanted = wanted_trials(log, options.participants, options.exclude)
+    measured = measured_log(log, wanted, robot=pair.robot, human=pair.human)
+    tested = compare_conditions(measured)
+    named = None if options.trials is None else [each.index for each in named_trials(log, options.trials)]
+    models: dict[str, GoalModel] = {COUPLED: GoalCoupled()}
+    if options.model is not None or options.parameters:
+        model = options.goal_model()
+        models[f"{model.name} {options.model_origin().partition(',')[0]}"] = model
+    inferred = infer_beliefs(source.path, log, pair, models)
+    performance = _performance(log, pair, wanted)
+    scored, left_out = score_beliefs(log, pair, inferred, options)
+    scores = [row for each in scored for row in each.scores]
+    shown = _shown(log, pair, inferred, wanted, named)
+    told = None if performance is None else _told(performance)
+    contents = Contents(
+        title=str(log.attrs.get("title") or "Two agents among goals"),
+        lead=(
+            f"A {pair.human} and a {pair.robot} among goals in {source.given.name}: where the {pair.human} will "
+            f"go, given what the {pair.robot} does, and how safe the {pair.robot} is among where they may go."
+        ),
+        warnings=belief_warnings(scores, left_out),
+        sections={
+            "data": [data_part(log_sheet(log, more=_facts(log, inferred, performance)))],
+            "faults": [faults_part(source.checked, what="the log", notes=str(log.attrs.get("notes", "")))],
+            "posteriors": [
+                *_interaction_parts(log, pair, shown, by_name=named is not None),
+                *_score_parts(scores, pair, left_out),
+                *_safety_parts(shown, pair),
+            ],
+            "calibration": [_calibration_part(scored)],
+            "metrics": [*([] if told is None else [_game_part(told)]), *metrics_parts(measured)],
+            "tests": tests_parts(tested),
+            "made": [
+                made_part(
+                    source,
+                    options,
+                    log_provenance(log),
+                    more=[("The beliefs on this page", _model_facts(inferred, models, options))],
+                )
+            ],
+        },
+    )
+    return writer.write(
+        contents,
+        trials=tuple(dict.fromkeys(one.trial_id for one in shown.interactions)),
+        game_performance=told,
+        conditional_scores=tuple(scores),
+        metrics=measured,
+        tests=tested,
+    )
 
 
 def _shown(

@@ -35,41 +35,41 @@ from ppinfer.report.trial_choice import ChosenTrial, named_trials, wanted_trials
 from ppinfer.report.written import PageWriter, WrittenReport
 from ppinfer.studies.infer import infer_posterior
 from ppinfer.studies.posterior import open_posterior
-from ppinfer.studies.storage import open_log
 
 _MAX_TRIALS = 3
 
 
-def write_log_page(source: Source, options: ReportOptions, writer: PageWriter) -> WrittenReport:
+def write_log_page(
+    source: Source, log: xr.Dataset, options: ReportOptions, writer: PageWriter
+) -> WrittenReport:
     """Write the page about any log; see `ppinfer.report.write_report`."""
-    with open_log(source.path) as log:
-        wanted = wanted_trials(log, options.participants, options.exclude)
-        if "goal_position" not in log:
-            return _write_without_goals(source, options, writer, log, wanted)
-        agent = _whose_goals(log, options)
-        with _inferred(source, options, agent) as (posterior, impossible):
-            scored = None if posterior is None else scored_posterior(posterior, options)
-            measured = measured_log(
-                log,
-                wanted,
-                robot=options.robot,
-                human=agent,
-                more=None if scored is None else score_metrics(scored),
-            )
-            tested = compare_conditions(measured)
-            parts = [sentence(f"{impossible}.")]
-            if scored is not None:
-                parts = posterior_parts(scored, options, _note(source, options, agent, log))
-            figures = [partial(overview_figure, log)]
-            contents = _contents(source, options, log, parts, scored, figures, measured, tested, impossible)
-            return writer.write(
-                contents,
-                trials=() if scored is None else scored.shown,
-                scores=None if scored is None else scored.scores,
-                calibration=None if scored is None else scored.calibration,
-                metrics=measured,
-                tests=tested,
-            )
+    wanted = wanted_trials(log, options.participants, options.exclude)
+    if "goal_position" not in log:
+        return _write_without_goals(source, options, writer, log, wanted)
+    agent = _whose_goals(log, options)
+    with _inferred(source, options, agent) as (posterior, impossible):
+        scored = None if posterior is None else scored_posterior(posterior, options)
+        measured = measured_log(
+            log,
+            wanted,
+            robot=options.robot,
+            human=agent,
+            more=None if scored is None else score_metrics(scored),
+        )
+        tested = compare_conditions(measured)
+        parts = [sentence(f"{impossible}.")]
+        if scored is not None:
+            parts = posterior_parts(scored, options, _note(source, options, agent, log))
+        figures = [partial(overview_figure, log)]
+        contents = _contents(source, options, log, parts, scored, figures, measured, tested, impossible)
+        return writer.write(
+            contents,
+            trials=() if scored is None else scored.shown,
+            scores=None if scored is None else scored.scores,
+            calibration=None if scored is None else scored.calibration,
+            metrics=measured,
+            tests=tested,
+        )
 
 
 def _write_without_goals(

@@ -120,9 +120,8 @@ def _write_log(source: Source, options: ReportOptions, writer: PageWriter) -> Wr
         return write_unsound_page(source, options, writer)
     with open_log(source.path) as log:
         pair = pair_of(log, options)
-        is_play, is_interaction = is_play_log(log), is_interaction_log(log)
-    if is_play and pair is not None:
-        return write_play_page(source, options, pair, writer)
-    if is_interaction and pair is not None:
-        return write_interaction_page(source, options, pair, writer)
-    return write_log_page(source, options, writer)
+        if pair is not None and is_play_log(log):
+            return write_play_page(source, log, options, pair, writer)
+        if pair is not None and is_interaction_log(log):
+            return write_interaction_page(source, log, options, pair, writer)
+        return write_log_page(source, log, options, writer)

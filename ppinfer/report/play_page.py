@@ -30,7 +30,6 @@ from ppinfer.report.sections.provenance import log_provenance, made_part
 from ppinfer.report.source import Source
 from ppinfer.report.trial_choice import named_trials, wanted_trials
 from ppinfer.report.written import PageWriter, WrittenReport
-from ppinfer.studies.storage import open_log
 from ppinfer.studies.task_performance import TaskPerformance, task_performance
 
 _PLAY_VARIABLES = ("finish_time", "stops", "stop_episodes", "controller")
@@ -41,78 +40,73 @@ def is_play_log(log: xr.Dataset) -> bool:
     return all(name in log.variables for name in _PLAY_VARIABLES)
 
 
-def write_play_page(source: Source, options: ReportOptions, pair: Pair, writer: PageWriter) -> WrittenReport:
+def write_play_page(
+    source: Source, log: xr.Dataset, options: ReportOptions, pair: Pair, writer: PageWriter
+) -> WrittenReport:
     """Write the page about a log of parallel play; see `ppinfer.report.write_report`."""
     options.refuse(source.given, SEGMENT_OPTIONS, NO_SEGMENTS)
     options.refuse(
         source.given, ("model", "parameters"), "choose{s} how goals are inferred, and this log has none"
     )
-    with open_log(source.path) as log:
-        wanted = wanted_trials(log, options.participants, options.exclude)
-        measured = measured_log(log, wanted, robot=pair.robot, human=pair.human)
-        tested = compare_conditions(measured)
-        named = None if options.trials is None else named_trials(log, options.trials)
-        performance = _among(task_performance(log, robot=pair.robot, human=pair.human), wanted)
-        beliefs = _beliefs(log, pair, wanted)
-        against = baselines(performance)
-        told: dict[str, list[dict[str, Any]]] = {
-            "pooled": performance.pooled(),
-            "cells": performance.cells(),
-            "differences": performance.differences(against),
-        }
-        means = _mean_beliefs(beliefs, pair)
-        chosen = named or choose_plays(beliefs, pair.human, stops=log["stops"].values, among=wanted)
-        drawable = beliefs is not None or "end_effector" in log
-        trials: list[Part] = []
-        if drawable:
-            how = how_chosen(pair.human, stops=True)
-            trials = [play_trials_part(log, chosen, pair.robot, pair.human, how, options)]
-        about = ", and what the robot believed of the human" if means else ""
-        contents = Contents(
-            title=str(log.attrs.get("title") or "Parallel play"),
-            lead=(
-                f"Parallel play in {source.given.name}: a robot and a human, each with a task of its own in the same "
-                f"place. How fast they were, how often a safety stop held them{about}."
-            ),
-            warnings=_warnings(performance, told, beliefs, pair),
-            sections={
-                "data": [
-                    data_part(
-                        log_sheet(log, shown=len(performance.scene), more=play_facts(performance, beliefs))
-                    )
-                ],
-                "faults": [
-                    faults_part(source.checked, what="the log", notes=str(log.attrs.get("notes", "")))
-                ],
-                "posteriors": [*belief_parts(means, pair.robot, pair.human), *trials]
-                or [sentence("The log holds no beliefs.")],
-                "calibration": [sentence(NO_TRUE_THETA)],
-                "metrics": [
-                    performance_part(
-                        performance,
-                        told,
-                        compared=[
-                            name
-                            for name in against
-                            if any(row["against"] == name for row in told["differences"])
-                        ],
-                        robots=personal_robots(performance, beliefs),
-                    ),
-                    *metrics_parts(measured),
-                ],
-                "tests": tests_parts(tested),
-                "made": [made_part(source, options, log_provenance(log))],
-            },
-        )
-        names = log["trial_id"].values
-        return writer.write(
-            contents,
-            trials=[str(names[each.index]) for each in chosen] if drawable else [],
-            task_performance=told,
-            beliefs=tuple(means) if means else None,
-            metrics=measured,
-            tests=tested,
-        )
+    wanted = wanted_trials(log, options.participants, options.exclude)
+    measured = measured_log(log, wanted, robot=pair.robot, human=pair.human)
+    tested = compare_conditions(measured)
+    named = None if options.trials is None else named_trials(log, options.trials)
+    performance = _among(task_performance(log, robot=pair.robot, human=pair.human), wanted)
+    beliefs = _beliefs(log, pair, wanted)
+    against = baselines(performance)
+    told: dict[str, list[dict[str, Any]]] = {
+        "pooled": performance.pooled(),
+        "cells": performance.cells(),
+        "differences": performance.differences(against),
+    }
+    means = _mean_beliefs(beliefs, pair)
+    chosen = named or choose_plays(beliefs, pair.human, stops=log["stops"].values, among=wanted)
+    drawable = beliefs is not None or "end_effector" in log
+    trials: list[Part] = []
+    if drawable:
+        how = how_chosen(pair.human, stops=True)
+        trials = [play_trials_part(log, chosen, pair.robot, pair.human, how, options)]
+    about = ", and what the robot believed of the human" if means else ""
+    contents = Contents(
+        title=str(log.attrs.get("title") or "Parallel play"),
+        lead=(
+            f"Parallel play in {source.given.name}: a robot and a human, each with a task of its own in the same "
+            f"place. How fast they were, how often a safety stop held them{about}."
+        ),
+        warnings=_warnings(performance, told, beliefs, pair),
+        sections={
+            "data": [
+                data_part(log_sheet(log, shown=len(performance.scene), more=play_facts(performance, beliefs)))
+            ],
+            "faults": [faults_part(source.checked, what="the log", notes=str(log.attrs.get("notes", "")))],
+            "posteriors": [*belief_parts(means, pair.robot, pair.human), *trials]
+            or [sentence("The log holds no beliefs.")],
+            "calibration": [sentence(NO_TRUE_THETA)],
+            "metrics": [
+                performance_part(
+                    performance,
+                    told,
+                    compared=[
+                        name for name in against if any(row["against"] == name for row in told["differences"])
+                    ],
+                    robots=personal_robots(performance, beliefs),
+                ),
+                *metrics_parts(measured),
+            ],
+            "tests": tests_parts(tested),
+            "made": [made_part(source, options, log_provenance(log))],
+        },
+    )
+    names = log["trial_id"].values
+    return writer.write(
+        contents,
+        trials=[str(names[each.index]) for each in chosen] if drawable else [],
+        task_performance=told,
+        beliefs=tuple(means) if means else None,
+        metrics=measured,
+        tests=tested,
+    )
 
 
 def _among(performance: TaskPerformance, trials: Bool[np.ndarray, " trial"]) -> TaskPerformance:

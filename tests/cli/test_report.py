@@ -2,11 +2,13 @@ import pytest
 
 from ppinfer.studies import write_log
 from ppinfer.studies.posterior import write_posterior
+from ppinfer.studies.storage import write_signed
 from ppinfer.testing import example_interaction_log
 from ppsim.reaching import GameStudy
 from ppsim.study import log_of_study
 
 from ..plots.plays import make_plays
+from ..report.logs import reaches
 from ..studies.posteriors import make_posterior
 from .commands import checked_json, run_one
 
@@ -103,3 +105,39 @@ def test_a_log_of_games_has_what_the_game_counts(tmp_path, capsys):
         ("naive", 4),
         ("influence", 4),
     ]
+
+
+def test_an_unsound_log_has_a_page_and_the_status_of_validate(tmp_path, capsys):
+    log = example_interaction_log()
+    log["time"].values[5] = -1.0
+    write_signed(log, tmp_path / "log.nc")
+    assert run_one("report", tmp_path / "log.nc", "-o", tmp_path / "report", "--json") == 1
+    out, err = capsys.readouterr()
+    printed = checked_json("report", out)
+    assert [fault["kind"] for fault in printed["faults"]] == ["time-not-increasing"]
+    assert printed["metrics"] is None
+    assert printed["tests"] is None
+    assert err.count("\n") == 1
+    assert "nothing is concluded from it" in err
+    assert (tmp_path / "report" / "index.html").exists()
+
+
+def test_a_log_without_a_posterior_is_inferred_by_a_model_of_ones_choice(tmp_path, capsys):
+    write_log(reaches(conditions=("a", "b", "c")), tmp_path / "log.nc")
+    argv = (
+        "report",
+        tmp_path / "log.nc",
+        "-o",
+        tmp_path / "report",
+        "--model",
+        "nearest",
+        "--set",
+        "scale=2",
+    )
+    assert run_one(*argv, "--human", "walker", "--json") == 0
+    printed = checked_json("report", capsys.readouterr().out)
+    assert len(printed["scores"]) == 3
+    assert {row["metric"] for row in printed["metrics"]["groups"]} >= {"accuracy", "duration_s"}
+    assert printed["tests"]["within"] == "condition"
+    assert printed["tests"]["why_none"] is None
+    assert {row["dv"] for row in printed["tests"]["posthoc"]} >= {"log_posterior"}

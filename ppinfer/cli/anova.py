@@ -95,6 +95,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 
 def run(args: argparse.Namespace) -> int:
     """Analyse the table and print the result."""
+    from ppinfer.cli.faults_in_line import faults_in_line
     from ppinfer.cli.output import print_json
     from ppinfer.studies.faults import FaultyLogError
     from ppinfer.studies.readers.mapping import FileOptions
@@ -113,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
         )
         analysis = analyse(measures, posthoc=args.posthoc, missing=args.missing, prior_scale=prior_scale)
     except FaultyLogError as error:
-        say(f"ppinfer anova: {_in_one_line(error, _remedy(error, args))}", file=sys.stderr)
+        say(f"ppinfer anova: {faults_in_line(error)}{_remedy(error, args)}", file=sys.stderr)
         return 1
     for warning in analysis.warnings:
         say(f"ppinfer anova: warning: {warning}", file=sys.stderr)
@@ -122,14 +123,6 @@ def run(args: argparse.Namespace) -> int:
     else:
         _print(analysis, args)
     return 0
-
-
-def _in_one_line(error: Any, remedy: str) -> str:
-    # every fault is told, in the one line that a failure has
-    total = sum(error.counts.values())
-    told = [line.removeprefix(f"{error.source}: ") for line in error.lines]
-    counted = "" if total == 1 else f"{total} faults: "
-    return f"{error.source}: {counted}{' | '.join(told)}{remedy}"
 
 
 def _remedy(error: Any, args: argparse.Namespace) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,6 @@ from ppinfer.cli.argument_types import whole_number
 from ppinfer.cli.output import say
 
 if TYPE_CHECKING:
-    from ppinfer.studies.faults import FaultyLogError
     from ppinfer.studies.surveys import SurveyAnalysis
     from ppinfer.studies.surveys.survey_orders import SurveyOrders
 
@@ -89,6 +87,7 @@ def add_parser(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 
 def run(args: argparse.Namespace) -> int:
     """Analyse the survey, print what it says, and write the scores."""
+    from ppinfer.cli.faults_in_line import faults_in_line
     from ppinfer.cli.output import print_json
     from ppinfer.cli.targets import check_output
     from ppinfer.studies.faults import FaultyLogError
@@ -108,7 +107,7 @@ def run(args: argparse.Namespace) -> int:
         if args.orders is not None or instrument.columns.position is not None:
             orders = check_survey_orders(identified, args.orders, names=names, by=args.by, seed=args.seed)
     except FaultyLogError as error:
-        say(f"ppinfer survey: {_in_one_line(error)}", file=sys.stderr)
+        say(f"ppinfer survey: {faults_in_line(error)}", file=sys.stderr)
         return 1
     if args.output is not None:
         write_scores(args.output, analysis.survey)
@@ -122,16 +121,6 @@ def run(args: argparse.Namespace) -> int:
     for warning in analysis.warnings:
         say(f"ppinfer survey: warning: {warning}", file=sys.stderr)
     return 0
-
-
-def _in_one_line(error: FaultyLogError) -> str:
-    # every fault is told, in the one line that a failure has, and what to do once
-    total = sum(error.counts.values())
-    told = [str(replace(fault, remedy="")) for fault in error.faults] + error.lines[len(error.faults) :]
-    told = [line.removeprefix(f"{Path(error.source).name}: ") for line in told]
-    remedies = list(dict.fromkeys(fault.remedy for fault in error.faults if fault.remedy))
-    counted = "" if total == 1 else f"{total} faults: "
-    return f"{error.source}: {counted}{'; '.join([' | '.join(told), *remedies])}"
 
 
 def _provenance(args: argparse.Namespace) -> dict[str, Any]:

@@ -120,6 +120,18 @@ GAPS = "who,x,y\n1,a,1\n1,b,2\n2,a,3\n3,a,2\n3,b,\n4,a,1\n4,b,5\n5,a,2\n5,b,2\n5
         ("who,x,y\n1,a,1\n1,b,good\n", [], "line 3: column 'y': expected a finite number, got 'good'"),
         ('who,x,y\n1,a,1\n1,b,"1,5"\n', [], "got '1,5'; for decimal commas give --decimal ,"),
         ("who,x,Y\n1,a,1\n", [], "column 'y': there is no such column; did you mean 'Y'?"),
+        (
+            "who,x,y\n1,a,1\n1,a,2\n2,b,3\n2,b,4\n",
+            [],
+            "subject '1' at x 'a' is there more than once (lines 2, 3) | subject '2' at x 'b' is there more than once "
+            "(lines 4, 5); remove what is wrong, or have the mean taken (--repeated mean)\n",
+        ),
+        (
+            "who,X,Y\n1,a,1\n",
+            [],
+            "column 'x': there is no such column; did you mean 'X'? | column 'y': there is no such column; did you "
+            "mean 'Y'?; there are 'who', 'X', 'Y'\n",
+        ),
         ("", [], "the file is empty"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import os
 import re
 from dataclasses import replace
@@ -175,10 +176,23 @@ def _answers(table: Table, instrument: Instrument, item: str, faults: Faults) ->
         "answer",
         np.flatnonzero(wrong).tolist(),
         lambda row: table.fault(
-            "answer", f"expected {expected}, got {_short(labels.labels[labels.codes[row]])!r}", row, column
+            "answer",
+            f"expected {expected}, got {_shown(labels.labels[labels.codes[row]], texts)}",
+            row,
+            column,
         ),
     )
     return np.asarray(numbers[labels.codes], np.float64)
+
+
+def _shown(cell: str, texts: dict[int, str]) -> str:
+    """Return a wrong cell as a message shows it: another text than a misspelt anchor may be somebody's name."""
+    if re.fullmatch(r"[\d\s.,:;+\-/%]+", cell):
+        return repr(_short(cell))
+    near = difflib.get_close_matches(
+        folded(cell), [folded(text) for text in texts.values() if text], n=1, cutoff=0.8
+    )
+    return repr(_short(cell)) if near else f"another text (of {len(cell)} letters)"
 
 
 def _short(text: str) -> str:

@@ -57,7 +57,7 @@ def test_every_wrong_cell_is_told_with_line_and_column_and_nobody_is_named(tmp_p
         "line 2: column 'how_quick': expected",
         "got '2.5'",
         "line 2: column 'slow'",
-        "got 'perhaps'",
+        "got another text (of 7 letters)",
         "line 3: column 'user': this participant has answered under this condition in line 2 already",
         "line 4: column 'user': no participant",
         "line 5: column 'robot': no condition",
@@ -66,6 +66,19 @@ def test_every_wrong_cell_is_told_with_line_and_column_and_nobody_is_named(tmp_p
     ):
         assert part in told
     assert sum(caught.value.counts.values()) == 8
+
+
+def test_a_wrong_cell_is_shown_where_it_is_a_number_or_a_misspelt_anchor_but_not_where_it_may_be_a_name(
+    tmp_path,
+):
+    rows = [["u1", "", "one", "Stongly agree", "7 / 5", "Ann Miller <ann@b.org>"]]
+    with pytest.raises(FaultyLogError) as caught:
+        read(tmp_path, rows)
+    told = "\n".join(caught.value.lines)
+    assert "got 'Stongly agree'" in told
+    assert "got '7 / 5'" in told
+    assert "got another text (of 22 letters)" in told
+    assert "Ann" not in told
 
 
 def test_columns_that_are_not_there_are_told_in_terms_of_the_instrument(tmp_path):

@@ -19,6 +19,7 @@ from ppinfer.studies.faults import Fault, Faults
 from ppinfer.studies.readers.mapping import FileOptions, closest
 from ppinfer.studies.readers.text_shape import MOST_COLUMNS, check_lines
 
+_SPREADSHEETS = (".xlsx", ".xls", ".xlsm", ".ods", ".numbers")
 _NUMBER = r"^[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?$"
 
 
@@ -187,6 +188,8 @@ def _told(
         )
         if isinstance(error, UnicodeDecodeError):
             told, remedy = "is not UTF-8 text", "save it as UTF-8"
+            if path.suffix.lower() in _SPREADSHEETS:
+                told, remedy = "is a spreadsheet", "save its sheet as CSV in UTF-8"
         faults.add(Fault("unreadable", told, remedy, file=path.name))
         return None
 

@@ -158,3 +158,9 @@ def test_a_name_that_stands_for_no_value_is_told_as_it_stands(table, cell):
     assert told.value.counts == {"no-label": 2}
     assert f"{cell!r} stands for no value, and a name is expected" in told.value.lines[0]
     assert "call it something else" in told.value.lines[0]
+
+
+def test_a_spreadsheet_is_told_to_be_one(tmp_path):
+    (tmp_path / "scores.xlsx").write_bytes(b"PK\x03\x04" + bytes(range(128, 256)))
+    with pytest.raises(FaultyLogError, match=r"scores.xlsx: 1 fault: is a spreadsheet; save its sheet as CSV in UTF-8"):
+        read(tmp_path / "scores.xlsx")

@@ -201,7 +201,7 @@ def _check_every_agent(samples: Samples, table: Table, faults: Faults) -> None:
         trial = samples.trial_ids[samples.sample_trial[sample]]
         return table.fault(
             "missing-row",
-            f"trial {trial!r} has no row of {samples.agents[agent]!r} at {samples.time[sample]:g} s",
+            f"trial {trial!r} has no row of {samples.agents[agent]!r} at {samples.time[sample]:.12g} s",
             row,
             None,
             'add it, or set missing = "dropout" in the mapping if it was not seen',

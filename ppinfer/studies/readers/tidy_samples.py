@@ -79,7 +79,7 @@ def read_samples(table: Table, mapping: Mapping, faults: Faults) -> Samples | No
         np.sort(order[late]).tolist(),
         lambda row: table.fault(
             "time-not-increasing",
-            f"of trial {trial_ids[trial[row]]!r}: is {time[row]:g} s after {time[before[row]]:g} s (line "
+            f"of trial {trial_ids[trial[row]]!r}: is {time[row]:.12g} s after {time[before[row]]:.12g} s (line "
             f"{table.lines[before[row]]})",
             row,
             columns.time,

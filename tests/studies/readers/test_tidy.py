@@ -252,6 +252,9 @@ def test_an_agent_without_a_row_is_a_dropout_or_a_fault(read):
     table = "g,s,t,who,px,py,tg\n1,p,0,h,1,2,\n1,p,0,r,3,4,\n1,p,1,h,1,2,\n"
     with pytest.raises(FaultyLogError, match="no row of 'r' at 1 s"):
         read(table, BY_AGENT.replace("dropout", "fault"), goals="g,goal,x,y,from\n1,cup,1,2,0\n")
+    since_1970 = table.replace(",0,", ",1700000000.0,").replace(",1,h", ",1700000000.1,h")
+    with pytest.raises(FaultyLogError, match=r"no row of 'r' at 1700000000\.1 s"):
+        read(since_1970, BY_AGENT.replace("dropout", "fault"), goals="g,goal,x,y,from\n1,cup,1,2,0\n")
 
 
 @pytest.mark.parametrize(

@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> int:
         raise LogError(f"{repeated[0]} is given {paths.count(repeated[0])} times; give each posterior once")
     with ExitStack() as files:
         comparison = compare_posteriors(
-            {path: files.enter_context(open_posterior(path)) for path in paths},
+            {path: files.enter_context(open_posterior(path, verify=True)) for path in paths},
             at=args.at,
             min_samples=args.min_samples,
             min_distance=args.min_distance,

@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         "participants": args.participants,
         "exclude": args.exclude,
     }
-    with open_posterior(args.posterior) as posterior:
+    with open_posterior(args.posterior, verify=True) as posterior:
         scores = score_posterior(posterior, at=args.at, **selection)
         calibration = calibrate_posterior(posterior, at=args.at, **selection)
     for warning in scores.warnings:

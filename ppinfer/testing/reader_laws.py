@@ -56,6 +56,7 @@ def check_reader(
     signed: bool = False,
     same: Callable[[Any, Any], bool] | None = None,
     sound: Callable[[Any], None] | None = None,
+    mutations: Callable[[Mapping[str, bytes], np.random.Generator], Mutation] = mutate,
     seconds: int = 20,
     memory: int = 1 << 30,
 ) -> ReaderTally:
@@ -86,6 +87,8 @@ def check_reader(
         Tells whether what was read equals the original; by default variables and attributes of a dataset, else ``==``.
     sound
         Raises where what was read is not what it may be; by default `validate_log` on a dataset that says it is a log.
+    mutations
+        What mutates the files.
     seconds, memory
         CPU seconds that an input may take, and bytes beyond what there is.
 
@@ -113,7 +116,7 @@ def check_reader(
     if not hasattr(os, "fork"):
         raise PPInferError("check_reader needs a system that can fork a process (Linux or macOS)")
     target = target if target is not None else (next(iter(files)) if len(files) == 1 else "")
-    judge = _Judge(read, files, target, signed, same or same_content, sound or check_sound)
+    judge = _Judge(read, files, target, signed, same or same_content, sound or check_sound, mutations)
     outcomes: list[Outcome] = []
     broken: list[str] = []
     with tempfile.TemporaryDirectory() as folder:
@@ -146,6 +149,7 @@ class _Judge:
     signed: bool
     same: Callable[[Any, Any], bool]
     sound: Callable[[Any], None]
+    mutations: Callable[[Mapping[str, bytes], np.random.Generator], Mutation]
     original: Any = None
 
     def prepare(self) -> None:
@@ -156,7 +160,7 @@ class _Judge:
 
     def judged(self, folder: Path, rng: np.random.Generator) -> tuple[str, bool, str]:
         """Return what the input is, whether it was refused, and how the law was broken, if it was."""
-        mutation = mutate(self.files, rng)
+        mutation = self.mutations(self.files, rng)
         path = put(mutation.files, folder, self.target)
         before = _state(folder)
         try:

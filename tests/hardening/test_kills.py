@@ -230,14 +230,11 @@ def _killed_until_done(name: str, folder: Path, rng: np.random.Generator, most: 
 
 
 def _state(folder: Path) -> dict[str, tuple[int, int]]:
-    found = {}
-    for item in folder.rglob("*"):
-        try:
-            found[str(item)] = (item.stat().st_size, item.stat().st_mtime_ns)
-        except FileNotFoundError:
-            # it went while it was looked at
-            continue
-    return found
+    try:
+        return {str(item): (item.stat().st_size, item.stat().st_mtime_ns) for item in folder.rglob("*")}
+    except FileNotFoundError:
+        # something went while it was looked at: it is not as it was
+        return {}
 
 
 def _differs(folder: Path, before: dict[str, tuple[int, int]]) -> bool:

@@ -93,7 +93,7 @@ def run_watch_arms(args: argparse.Namespace) -> int:
         log = log_of_study(study, [0])
         output = args.output or Path(f"arms-{args.seed}.gif")
     else:
-        log = one_trial(open_log(args.log), args.trial, where=str(args.log))
+        log = one_trial(open_log(args.log, verify=True), args.trial, where=str(args.log))
         output = args.output or args.log.with_suffix(".gif")
     with progress_bar("drawing") as progress:
         draw_trial(log, output, progress=progress)
@@ -157,7 +157,7 @@ def run_watch_reaching(args: argparse.Namespace) -> int:
         log = log_of_study(study, [0])
         output = args.output or Path(f"reaching-{args.seed}.gif")
     else:
-        log = one_trial(open_log(args.log), args.trial, where=str(args.log))
+        log = one_trial(open_log(args.log, verify=True), args.trial, where=str(args.log))
         output = args.output or args.log.with_suffix(".gif")
     with progress_bar("drawing") as progress:
         draw_game(log, output, progress=progress)

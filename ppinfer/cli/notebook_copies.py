@@ -163,8 +163,9 @@ def copy_notebooks(target: Path, *, force: bool = False) -> tuple[Copy, ...]:
     from ppinfer.studies.replacing import replacing
 
     shipped = shipped_folder()
-    if target.exists() and not target.is_dir():
-        raise PPInferError(f"{target}: is a file; name a folder for the notebooks")
+    for folder in (target, target / "notebooks", target / "data"):
+        if folder.exists() and not folder.is_dir():
+            raise PPInferError(f"{folder}: is a file; name a folder for the notebooks")
     if target.resolve() == shipped.resolve():
         raise PPInferError(f"{target}: holds ppinfer's own notebooks; name another folder for the copies")
     notebooks = shipped_notebooks(shipped)

@@ -100,15 +100,17 @@ def test_ppinfers_own_notebooks_are_no_place_for_copies(one_shipped, capsys):
     assert not list(one_shipped.rglob("*.ipynb"))
 
 
-@pytest.mark.parametrize("where", [".", "notebooks/ask.ipynb"])
+@pytest.mark.parametrize("where", [".", "data", "notebooks", "notebooks/ask.ipynb"])
 def test_what_is_in_the_way_is_one_line(one_shipped, tmp_path, capsys, where):
     mine = tmp_path / "mine"
-    if where == ".":
-        mine.write_text("a file")
-    else:
+    if where.endswith(".ipynb"):
         (mine / where).mkdir(parents=True)
+    else:
+        (mine / where).parent.mkdir(exist_ok=True)
+        (mine / where).write_text("a file")
     assert run_one("notebooks", mine, "--copy-only") == 1
-    assert len(capsys.readouterr().err.splitlines()) == 1
+    (told,) = capsys.readouterr().err.splitlines()
+    assert where.endswith(".ipynb") or "is a file; name a folder" in told
 
 
 def test_an_installation_without_notebooks_is_one_line(tmp_path, capsys, monkeypatch):

@@ -72,16 +72,20 @@ def figures(value: float | None, digits: int = 4) -> str:
 def error_decimals(mean: float | None, sem: float | None) -> int:
     """Return to how many decimals a mean and its standard error are shown: two figures of the error.
 
+    Without an error, and where rounding alone leaves one: four figures of the mean.
+
     Examples
     --------
     >>> error_decimals(19.0909, 0.3989), error_decimals(0.3479, 0.0094), error_decimals(12.0, 31.0)
     (2, 4, 0)
+    >>> error_decimals(0.7251, float("nan")), error_decimals(24.9, 0.0)
+    (4, 2)
     """
-    # what rounding leaves of an error is none
-    size = sem if sem and not (mean and abs(sem) < 1e-9 * abs(mean)) else mean
-    if size is None or size != size or not size or math.isinf(size):
+    if mean is None or not math.isfinite(mean):
         return 0
-    return min(6, max(0, (1 if size is sem else 3) - math.floor(math.log10(abs(size)))))
+    if sem is None or not math.isfinite(sem) or abs(sem) <= 1e-9 * abs(mean):
+        return min(6, max(0, 3 - math.floor(math.log10(abs(mean))))) if mean else 0
+    return min(6, max(0, 1 - math.floor(math.log10(abs(sem)))))
 
 
 def p_value(value: float | None) -> str:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from ppinfer.errors import LogError
 from ppinfer.studies.checksums import file_sha256
 from ppinfer.studies.faults import Report
 from ppinfer.studies.file_checks import validate_file
@@ -64,6 +65,8 @@ def open_source(path: Path) -> Iterator[Source]:
         If it cannot be read, is damaged (its content does not match its checksum), or is an unsound posterior.
     """
     checked = validate_file(path)
+    if len(checked.faults) == 1 and checked.faults[0].kind == "unreadable":
+        raise LogError(f"{path}: {checked.faults[0].message}")
     if any(kind in checked.fault_counts for kind in _DAMAGE):
         checked.raise_if_faulty()
     sha256 = file_sha256(path)

@@ -1,5 +1,7 @@
 """Metrics by condition, what changes over rounds, and whether conditions differ."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -77,6 +79,15 @@ def test_where_nothing_can_be_compared_the_page_says_why(tmp_path, options, why)
     report = _report(tmp_path, reaches(goals=(), **options))
     assert report.tests.why_none == why
     assert f"Nothing is tested. {why}" in _words(report)
+
+
+def test_without_a_standard_error_a_mean_keeps_its_figures(tmp_path):
+    report = _report(tmp_path, reaches(goals=(), participants=("p1",), conditions=("a",)))
+    (row,) = (row for row in report.to_json()["metrics"]["groups"] if row["metric"] == "human_path_length")
+    assert np.isnan(row["sem"])
+    shown = re.search(r"human_path_length \[m\] (\S+) ", _words(report)).group(1)
+    assert float(shown) == pytest.approx(row["mean"], rel=1e-3)
+    assert "± –" not in _words(report)
 
 
 def test_participants_who_met_one_condition_cannot_be_compared_within(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import importlib
 import json
 import math
 import os
@@ -42,6 +43,8 @@ def serve(*, forking: bool, preloaded: Sequence[str]) -> None:
     warnings.simplefilter("ignore")
     requests, answers = os.dup(0), os.dup(1)
     _silence(0, 1)
+    # xarray would load it for nothing: no reader here puts off what it reads
+    sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
     for name in preloaded:
         TASKS[name].preload()
     _say(answers, {"ready": True})
@@ -54,11 +57,15 @@ def serve(*, forking: bool, preloaded: Sequence[str]) -> None:
             return
         request = json.loads(line)
         TASKS[request["task"]].preload()
+        if os.path.isdir(os.path.join(request["cwd"], request["path"])):
+            # a store of this kind: nothing of it is looked at yet
+            importlib.import_module("zarr")
         if not forking:
             # one process a file: whoever asks sees to the time
             os.chdir(request["cwd"])
             _say(answers, {"answer": _answer(request, answers)})
             return
+        # what is there is shared with the fork as long as nobody touches it
         gc.freeze()
         if not _answered_by_child(request, requests, answers):
             return
@@ -143,6 +150,7 @@ def _died(status: int) -> dict[str, Any]:
 
 def _be_child(request: dict[str, Any], write: int) -> NoReturn:
     status = 1
+    gc.disable()
     try:
         os.chdir(request["cwd"])
         _limit(request)

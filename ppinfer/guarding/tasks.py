@@ -39,8 +39,18 @@ class Task:
 
 
 _READING = "ppinfer.studies.guarded_reading"
-_NETCDF = ("h5py", "h5netcdf", "xarray", "zarr")
-_TABLES = ("pyarrow", "pyarrow.csv", "pyarrow.parquet", "pyarrow.compute", "pydantic")
+_NETCDF = ("h5py", "h5netcdf", "xarray")
+_READERS = "ppinfer.studies.readers"
+_TABLES = (
+    "encodings.utf_8_sig",
+    "pyarrow.compute",
+    "pyarrow.csv",
+    "pyarrow.parquet",
+    f"{_READERS}.mapping",
+    f"{_READERS}.tables",
+)
+_EACH = ("reaching_study", "eth", "tidy", "tidy_goals", "tidy_samples", "tidy_segments")
+_STUDIES = (*_TABLES, *(f"{_READERS}.{name}" for name in _EACH))
 
 TASKS: dict[str, Task] = {
     "log": Task(_READING, "walk_log", _NETCDF, "open_example"),
@@ -49,11 +59,11 @@ TASKS: dict[str, Task] = {
     "stated": Task(_READING, "stated_attributes", _NETCDF),
     "posterior": Task(_READING, "walk_posterior", (*_NETCDF, "scipy.special"), "open_example"),
     "theta-posterior": Task(_READING, "walk_theta_posterior", _NETCDF, "open_example"),
-    "study": Task(_READING, "walk_study", _TABLES),
+    "study": Task(_READING, "walk_study", _STUDIES),
     "table": Task(_READING, "walk_table", _TABLES),
     "recording": Task(_READING, "walk_recording"),
     "recording-lines": Task(_READING, "walk_recording_lines"),
-    "examples": Task(_READING, "walk_examples", ("zarr",)),
+    "examples": Task(_READING, "walk_examples", ("zarr", "ppinfer.studies.prediction_examples")),
     "misbehave": Task("ppinfer.guarding.misbehaving", "misbehave"),
 }
 """Every task by its name."""

@@ -19,7 +19,7 @@ def faults_in_line(error: FaultyLogError) -> str:
     'a.csv: 2 faults: line 2: no answer | line 5: no answer; fill it in'
     """
     total = sum(error.counts.values())
-    name = Path(error.source).name
+    name = Path(error.source).name or error.source
     told = [_own(fault) for fault in error.faults] + error.lines[len(error.faults) :]
     told = [line.removeprefix(f"{name}: ") for line in told]
     shared = dict.fromkeys(filter(None, (_shared(fault) for fault in error.faults)))

@@ -208,3 +208,9 @@ def test_wrong_arguments_are_one_line_and_status_2(retch, capsys, flags, message
     err = capsys.readouterr().err
     assert message in err
     assert err.count("\n") == 1
+
+
+def test_a_folder_in_place_of_a_table_is_named(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run_one("anova", ".", "--dv", "y", "--within", "x", "--subject", "who") == 1
+    assert capsys.readouterr().err == "ppinfer anova: .: is a folder; give one CSV or Parquet file\n"

@@ -115,7 +115,7 @@ def raise_with_hint(path: Path, options: FileOptions, faults: Faults) -> None:
             told = f"cells seem to be separated by {shown}, not by {options.delimiter!r}"
             # that its columns are missing only follows from this
             faults = Faults([Fault("delimiter", told, "say how the file is written", file=path.name)])
-    faults.raise_if_any(path.name)
+    faults.raise_if_any(path.name or str(path))
 
 
 def _check_roles(dvs: Sequence[str], within: Sequence[str], subject: str) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-import importlib
+import importlib.util
 import json
 import math
 import os
@@ -43,8 +43,7 @@ def serve(*, forking: bool, preloaded: Sequence[str]) -> None:
     warnings.simplefilter("ignore")
     requests, answers = os.dup(0), os.dup(1)
     _silence(0, 1)
-    # xarray would load it for nothing: no reader here puts off what it reads
-    sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
+    _load_less()
     for name in preloaded:
         TASKS[name].preload()
     _say(answers, {"ready": True})
@@ -69,6 +68,17 @@ def serve(*, forking: bool, preloaded: Sequence[str]) -> None:
         gc.freeze()
         if not _answered_by_child(request, requests, answers):
             return
+
+
+def _load_less() -> None:
+    """Leave out what reads nothing: a command waits for this process to be ready."""
+    # xarray would load it, for arrays that are put off; readers put off nothing
+    sys.modules.setdefault("dask", None)  # type: ignore[arg-type]
+    # readers name the modules that they need; the package itself loads all that is computed over whole studies as well
+    found = importlib.util.find_spec("ppinfer.studies")
+    if found is not None and found.name not in sys.modules:
+        package = importlib.util.module_from_spec(found)
+        sys.modules[found.name] = package
 
 
 def _next_line(requests: int, rest: bytes, parent: int) -> tuple[bytes, bytes]:

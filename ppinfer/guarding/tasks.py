@@ -38,32 +38,34 @@ class Task:
             getattr(importlib.import_module(self.module), self.prepare)()
 
 
-_READING = "ppinfer.studies.guarded_reading"
+_STUDIES = "ppinfer.studies"
+_READING = f"{_STUDIES}.guarded_reading"
 _NETCDF = ("h5py", "h5netcdf", "xarray")
-_READERS = "ppinfer.studies.readers"
 _TABLES = (
     "encodings.utf_8_sig",
     "pyarrow.compute",
     "pyarrow.csv",
     "pyarrow.parquet",
-    f"{_READERS}.mapping",
-    f"{_READERS}.tables",
+    f"{_STUDIES}.readers.mapping",
+    f"{_STUDIES}.readers.tables",
 )
 _EACH = ("reaching_study", "eth", "tidy", "tidy_goals", "tidy_samples", "tidy_segments")
-_STUDIES = (*_TABLES, *(f"{_READERS}.{name}" for name in _EACH))
+_READERS = (*(f"{_STUDIES}.readers.{name}" for name in _EACH), f"{_STUDIES}.recording")
 
 TASKS: dict[str, Task] = {
     "log": Task(_READING, "walk_log", _NETCDF, "open_example"),
-    "validate-log": Task(_READING, "report_of_log", _NETCDF, "open_example"),
-    "validate-file": Task(_READING, "report_of_file", _NETCDF, "open_example"),
+    "validate-log": Task(_READING, "report_of_log", (*_NETCDF, f"{_STUDIES}.validation"), "open_example"),
+    "validate-file": Task(_READING, "report_of_file", (*_NETCDF, f"{_STUDIES}.file_checks"), "open_example"),
     "stated": Task(_READING, "stated_attributes", _NETCDF),
-    "posterior": Task(_READING, "walk_posterior", (*_NETCDF, "scipy.special"), "open_example"),
-    "theta-posterior": Task(_READING, "walk_theta_posterior", _NETCDF, "open_example"),
-    "study": Task(_READING, "walk_study", _STUDIES),
+    "posterior": Task(_READING, "walk_posterior", (*_NETCDF, f"{_STUDIES}.posterior"), "open_example"),
+    "theta-posterior": Task(
+        _READING, "walk_theta_posterior", (*_NETCDF, f"{_STUDIES}.theta_posterior"), "open_example"
+    ),
+    "study": Task(_READING, "walk_study", (*_TABLES, *_READERS)),
     "table": Task(_READING, "walk_table", _TABLES),
-    "recording": Task(_READING, "walk_recording"),
-    "recording-lines": Task(_READING, "walk_recording_lines"),
-    "examples": Task(_READING, "walk_examples", ("zarr", "ppinfer.studies.prediction_examples")),
+    "recording": Task(_READING, "walk_recording", (f"{_STUDIES}.recording",)),
+    "recording-lines": Task(_READING, "walk_recording_lines", (f"{_STUDIES}.recording",)),
+    "examples": Task(_READING, "walk_examples", ("zarr", f"{_STUDIES}.prediction_examples")),
     "misbehave": Task("ppinfer.guarding.misbehaving", "misbehave"),
 }
 """Every task by its name."""

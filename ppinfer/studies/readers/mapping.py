@@ -8,10 +8,11 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from ppinfer.guarding import read_toml
 from ppinfer.studies.faults import Fault, Faults
+from ppinfer.studies.readers.variable_names import CellKind, Per, wrong_with_variable
 
 COORDINATES = ("x", "y", "z")
 
@@ -75,6 +76,24 @@ class Units(_Table):
     label: str | None = None
 
 
+class VariableColumn(_Table):
+    """``[variables]``: the column of a further variable (in a wide table one for each agent); a text is a column."""
+
+    column: str | None = None
+    columns: dict[str, str] | None = None
+    per: Per | None = None
+    kind: CellKind | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _plain(cls, told: Any) -> Any:
+        return {"column": told} if isinstance(told, str) else told
+
+    def all_columns(self) -> list[str]:
+        """Return the columns that are named."""
+        return [self.column] if self.column is not None else list((self.columns or {}).values())
+
+
 class GoalPlace(_Table):
     """``[goal_columns.NAME]``: the columns of one goal's position."""
 
@@ -118,6 +137,7 @@ class Mapping(_Table):
     goals_file: GoalsFile | None = None
     goal_columns: dict[str, GoalPlace] = Field(default_factory=dict)
     segments_file: SegmentsFile | None = None
+    variables: dict[str, VariableColumn] = Field(default_factory=dict)
 
     def motions(self) -> dict[str, Motion]:
         """Return the motion columns by agent; in a long table under the empty name."""
@@ -182,7 +202,8 @@ def _told(wrong: Any, told: dict[str, Any], file: str) -> Fault:
         model: Any = Mapping
         for part in place[:-1]:
             annotation = model.model_fields[part].annotation if part in model.model_fields else None
-            model = {"agents": Motion, "goal_columns": GoalPlace}.get(part, annotation) or model
+            tables = {"agents": Motion, "goal_columns": GoalPlace, "variables": VariableColumn}
+            model = tables.get(part, annotation) or model
             model = next(
                 (kind for kind in getattr(model, "__args__", (model,)) if hasattr(kind, "model_fields")),
                 model,
@@ -239,6 +260,9 @@ def _contradictions(mapping: Mapping) -> list[str]:
         found.append(
             "true goals are named, but not where the goals are: add [goals], [goals_file] or [goal_columns]"
         )
+    agents = list(mapping.agents) or ([constants.agent] if constants.agent is not None else [])
+    for name, told in mapping.variables.items():
+        found += wrong_with_variable(name, told, agents, wide=bool(mapping.agents))
     for name in ("time", "position", "velocity"):
         unit = getattr(mapping.units, name)
         if unit is not None and scale(name, unit) is None:

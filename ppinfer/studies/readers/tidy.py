@@ -53,6 +53,7 @@ def read_tidy(path: str | os.PathLike[str], mapping: str | os.PathLike[str]) -> 
     from ppinfer.studies.readers.tidy_goals import read_goals
     from ppinfer.studies.readers.tidy_samples import read_samples
     from ppinfer.studies.readers.tidy_segments import read_segments
+    from ppinfer.studies.readers.tidy_variables import check_variables, read_variables
 
     source, mapping_path = Path(path), Path(mapping)
     faults = Faults()
@@ -69,12 +70,15 @@ def read_tidy(path: str | os.PathLike[str], mapping: str | os.PathLike[str]) -> 
     if samples is None:
         # without samples the cells can still be read, so that their faults are told with those of the times
         _read_numbers(table, told, faults)
+        check_variables(table, told, faults)
         faults.raise_if_any(str(source))
     assert samples is not None
     moved, has = _motion(table, told, samples, faults)
     goals, goal_position = read_goals(table, told, samples, mapping_path.parent, faults)
     segments = read_segments(table, told, samples, goals, mapping_path.parent, faults)
     per_trial = _per_trial(table, told, samples, faults)
+    others = read_variables(table, told, samples, faults)
+    notes = others.pop("notes")
     faults.raise_if_any(str(source))
     return build_log(
         agents=samples.agents,
@@ -96,7 +100,8 @@ def read_tidy(path: str | os.PathLike[str], mapping: str | os.PathLike[str]) -> 
         source=source.name,
         position_units=told.units.label or "m",
         configuration={"reader": "tidy", "mapping": told.model_dump(exclude_defaults=True)},
-        attrs={"source_sha256": file_sha256(source), "notes": ""},
+        attrs={"source_sha256": file_sha256(source), "notes": notes},
+        **others,
     )
 
 
@@ -104,11 +109,16 @@ def _wanted(mapping: Mapping) -> list[tuple[str, str]]:
     tables: dict[str, Any] = {"columns": mapping.columns}
     tables |= {f"agents.{label}": told for label, told in mapping.agents.items()}
     tables |= {f"goal_columns.{label}": told for label, told in mapping.goal_columns.items()}
-    return [
+    named = [
         (column, f"{where}.{name}")
         for where, told in tables.items()
         for name in type(told).model_fields
         if (column := getattr(told, name)) is not None
+    ]
+    return named + [
+        (column, f"variables.{name}")
+        for name, told in mapping.variables.items()
+        for column in told.all_columns()
     ]
 
 

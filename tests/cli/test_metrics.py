@@ -157,3 +157,42 @@ def test_names_from_a_log_are_text_in_tables_and_no_formulas_in_the_csv(tmp_path
     assert "\\x1b[31mc" in out
     assert "\x1b" not in out
     assert "'=cmd()" in (tmp_path / "trials.csv").read_text()
+
+
+def test_a_table_of_another_study_comes_to_scores_by_layout_and_to_an_analysis_of_variance(tmp_path, capsys):
+    rows = ["game,who,t,hx,hy,rx,ry,room,points,h_waits,r_waits,h_done,r_done"]
+    scores = {}
+    for trial in range(12):
+        who, room = f"p{trial // 3}", ("open", "door", "maze")[trial % 3]
+        points = scores[f"{trial}"] = (trial * 7 + trial % 3) % 10
+        for time in range(3):
+            waits = f"{int(time == trial % 3)},{int(time == 0)}"
+            rows.append(
+                f"{trial},{who},{100 * time},0,{time},1,{-time},{room},{points},{waits},{100 * (trial % 3)},"
+            )
+    (tmp_path / "games.csv").write_text("\n".join(rows) + "\n")
+    (tmp_path / "games.toml").write_text(
+        '[columns]\ntrial = "game"\nparticipant = "who"\ntime = "t"\n[units]\ntime = "ms"\n'
+        '[agents.human]\nx = "hx"\ny = "hy"\n[agents.robot]\nx = "rx"\ny = "ry"\n'
+        '[variables]\nlayout = "room"\nteam_score = "points"\nis_human_waiting = "h_waits"\n'
+        'is_robot_waiting = "r_waits"\nfinish_time = {columns = {human = "h_done", robot = "r_done"}}\n'
+    )
+    log, table = tmp_path / "games.nc", tmp_path / "trials.csv"
+    mapping = ("--from", "tidy", "--mapping", tmp_path / "games.toml")
+    assert run_one("convert", tmp_path / "games.csv", "-o", log, *mapping) == 0
+    assert "variable 'layout': text, one a trial" in capsys.readouterr().out
+    assert run_one("metrics", log, "--by", "layout", "-o", table, "--json") == 0
+    printed = checked_json("metrics", capsys.readouterr().out)
+    assert printed["options"]["idle"]["from"] == "flags"
+    names = {metric["name"] for metric in printed["metrics"]}
+    assert {"score", "human_s", "failures", "human_idle_share"} <= names
+    assert {row["group"] for row in printed["groups"]} == {"open", "door", "maze"}
+    with table.open(newline="") as file:
+        found = list(csv.DictReader(file))
+    assert {row["trial_id"]: float(row["score"]) for row in found} == scores
+    assert [float(row["human_s"]) for row in found] == [0.1 * (trial % 3) for trial in range(12)]
+    assert {row["failures"] for row in found} == {"1.0"}
+    line = ("--dv", "score", "--within", "layout", "--subject", "participant", "--json")
+    assert run_one("anova", table, *line) == 0
+    (effect,) = checked_json("anova", capsys.readouterr().out)["anova"]
+    assert (effect["effect"], effect["subjects"]) == ("layout", 4)

@@ -4,12 +4,14 @@ import os
 import re
 import tomllib
 from pathlib import Path
+from typing import get_args
 
 import pytest
 
 from ppinfer.cli import convert
 from ppinfer.studies import READERS
-from ppinfer.studies.readers.mapping import Mapping
+from ppinfer.studies.readers.mapping import Mapping, VariableColumn
+from ppinfer.studies.readers.variable_names import CellKind, Per
 from ppinfer.studies.schema import schema_table
 from ppinfer.studies.theta_posterior import theta_table
 
@@ -50,6 +52,12 @@ def test_every_entry_of_a_mapping_is_on_the_page(table):
     rows = [line for line in PAGE.splitlines() if line.startswith(f"| `[{table}]`")]
     told = set(re.findall(r"`([a-z_]+)`", " ".join(rows)))
     assert entries(model) <= told
+
+
+def test_every_entry_of_a_variable_and_what_it_may_be_is_on_the_page():
+    rows = " ".join(line for line in PAGE.splitlines() if line.startswith("| `[variables"))
+    assert entries(VariableColumn) <= set(re.findall(r"`([a-z]+)`", rows))
+    assert {*get_args(Per), *get_args(CellKind)} <= set(re.findall(r"`\"([a-z-]+)\"`", rows))
 
 
 def test_the_example_of_a_recording_runs_twice(tmp_path, monkeypatch):

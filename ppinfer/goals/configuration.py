@@ -148,13 +148,13 @@ def check_target(path: str | os.PathLike[str]) -> Path:
     Raises
     ------
     ModelError
-        Where the directory is missing, or the name is that of a directory.
+        Where the folder is missing, or the name is that of a folder.
     """
     where = Path(path)
     if not where.parent.is_dir():
-        raise ModelError(f"{where}: there is no directory {str(where.parent)!r}")
+        raise ModelError(f"{where}: there is no folder {str(where.parent)!r}")
     if where.is_dir():
-        raise ModelError(f"{where}: is a directory; a model is one file")
+        raise ModelError(f"{where}: is a folder; a model is one file")
     return where
 
 

@@ -74,9 +74,7 @@ def open_posterior(path: str | os.PathLike[str], *, load: bool = False, verify: 
     """
     where = Path(path)
     if where.is_dir():
-        raise LogError(
-            f"{where}: is a directory; a posterior is one NetCDF file, as 'ppinfer infer' writes it"
-        )
+        raise LogError(f"{where}: is a folder; a posterior is one NetCDF file, as 'ppinfer infer' writes it")
     with guarding.admitted("posterior", where, verify=verify) as known:
         with told_as_log_error(where, _REMEDY):
             refuse_other_files(where)

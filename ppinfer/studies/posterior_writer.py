@@ -124,9 +124,9 @@ class PosteriorWriter:
         import h5netcdf
 
         if not self.path.parent.is_dir():
-            raise LogError(f"{self.path}: there is no directory {str(self.path.parent)!r}; make it first")
+            raise LogError(f"{self.path}: there is no folder {str(self.path.parent)!r}; make it first")
         if self.path.is_dir():
-            raise LogError(f"{self.path}: is a directory; a posterior is one file")
+            raise LogError(f"{self.path}: is a folder; a posterior is one file")
         self._temporary = self._place.enter_context(replacing(self.path))
         try:
             self._open = h5netcdf.File(self._temporary, "w")

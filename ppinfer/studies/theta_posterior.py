@@ -160,9 +160,7 @@ def read_theta_posterior(path: str | os.PathLike[str]) -> xr.Dataset:
     """
     source = Path(path)
     if source.is_dir():
-        raise LogError(
-            f"{source}: is a directory; a posterior is one NetCDF file, as 'ppinfer infer' writes it"
-        )
+        raise LogError(f"{source}: is a folder; a posterior is one NetCDF file, as 'ppinfer infer' writes it")
     with (
         guarding.admitted("theta-posterior", source),
         told_as_log_error(source, _REMEDY),
@@ -197,7 +195,7 @@ def write_theta_posterior(dataset: xr.Dataset, path: str | os.PathLike[str]) -> 
     """
     target = Path(path)
     if not target.parent.is_dir():
-        raise LogError(f"{target}: there is no directory {str(target.parent)!r}; make it first")
+        raise LogError(f"{target}: there is no folder {str(target.parent)!r}; make it first")
     if target.is_dir() or target.suffix != ".nc":
         raise LogError(f"{target}: a posterior is one NetCDF file; give a name that ends in .nc")
     check_theta_posterior(dataset)

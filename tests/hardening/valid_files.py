@@ -49,6 +49,13 @@ goal = "goal"
 x = "x"
 y = "y"
 from_time = "from"
+
+[variables]
+team_score = "score"
+layout = {column = "place", per = "trial", kind = "text"}
+busy = "busy"
+collision = "hit"
+finish_time = {columns = {human = "hdone", robot = "rdone"}}
 """
 MEASURES = "who;robot;score\n" + "".join(
     f"p{who};{robot};{1 + (who * 7 + index * 3) % 5}.5\n"
@@ -249,10 +256,11 @@ def tables() -> list[Case]:
     from ppinfer.studies.surveys.instrument import Instrument
     from ppinfer.studies.surveys.reading import read_survey
 
-    rows = ["g;s;t;c;n;hx;hy;tg;rx;ry;rvx;rvy"]
+    rows = ["g;s;t;c;n;hx;hy;tg;rx;ry;rvx;rvy;score;place;busy;hit;hdone;rdone"]
     for trial in range(3):
         rows += [
             f"{trial};p{trial};{100 * step};near;{trial};{step};{2 * step};{'cup' if step else ''};{-step};0;1.5;-.5"
+            f";{2.5 * trial};{'ab'[trial % 2]};{step};{step % 2};{100 * trial};"
             for step in range(6)
         ]
     text = "\n".join(rows) + "\n"

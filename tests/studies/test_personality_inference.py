@@ -303,6 +303,6 @@ def test_a_target_that_cannot_work_is_refused(name, tmp_path):
 def test_a_log_is_no_posterior(written, tmp_path):
     with pytest.raises(LogError, match="is not a posterior over theta"):
         read_theta_posterior(written / "log.nc")
-    with pytest.raises(LogError, match="is a directory"):
+    with pytest.raises(LogError, match="is a folder"):
         read_theta_posterior(tmp_path)
     assert isinstance(read_theta_posterior(written / "post.nc"), xr.Dataset)

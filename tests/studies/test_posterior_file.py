@@ -112,7 +112,7 @@ def test_attributes_other_than_text_and_numbers_are_refused(tmp_path):
 
 
 def test_a_missing_directory_is_named(tmp_path):
-    with pytest.raises(LogError, match="there is no directory"):
+    with pytest.raises(LogError, match="there is no folder"):
         write_posterior(make_posterior(), tmp_path / "nowhere" / "p.nc")
 
 
@@ -128,7 +128,7 @@ def test_a_large_configuration_survives(tmp_path):
     ("make", "message"),
     [
         (lambda path: None, "no such file"),
-        (lambda path: path.mkdir(), "is a directory"),
+        (lambda path: path.mkdir(), "is a folder"),
         (lambda path: path.write_text("a,b\n1,2\n"), "is not a NetCDF4 file"),
         (lambda path: path.write_bytes(b""), "the file is empty"),
         (lambda path: xr.Dataset().to_netcdf(path, engine="h5netcdf"), "is not a posterior file"),

@@ -126,9 +126,16 @@ def _read(path: Path, instrument: Instrument, faults: Faults) -> Survey | None:
 def labelled(table: Table, column: str, meaning: str, faults: Faults) -> Labels:
     """Return a column of labels; a row without one is a fault."""
     labels = table.text(column)
-    table.report(
-        faults, f"no-{meaning}", np.flatnonzero(labels.codes < 0), column, f"no {meaning}", "fill it in"
-    )
+
+    def describe(row: int) -> Fault:
+        cell = str(table.columns[column][row].as_py() or "").strip()
+        if not cell:
+            return table.fault(f"no-{meaning}", f"no {meaning}", row, column, "fill it in")
+        told = f"no {meaning}: {cell!r} stands for no value"
+        remedy = "call it something else, or say under [file] missing which texts stand for no value"
+        return table.fault(f"no-{meaning}", told, row, column, remedy)
+
+    faults.add_each(f"no-{meaning}", np.flatnonzero(labels.codes < 0).tolist(), describe)
     return labels
 
 

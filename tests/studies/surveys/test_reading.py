@@ -89,6 +89,12 @@ def test_columns_that_are_not_there_are_told_in_terms_of_the_instrument(tmp_path
     assert "(the instrument's 'items.quick')" in told
 
 
+def test_a_condition_that_stands_for_no_value_is_told_as_such(tmp_path):
+    with pytest.raises(FaultyLogError) as caught:
+        read(tmp_path, [["u", "", "NA", 1, 1, 1]])
+    assert "no condition: 'NA' stands for no value; call it something else" in " ".join(caught.value.lines)
+
+
 def test_conditions_that_the_instrument_does_not_list_are_faults(tmp_path):
     listed = Instrument.parse(INSTRUMENT + "\n[conditions.robot]\none = 'One'\ntwo = ''\n")
     with pytest.raises(FaultyLogError, match="names no condition 'tow'; did you mean 'two'"):

@@ -26,7 +26,8 @@ ARGUMENTS = ("controller", "instruction")
 """What `build_log` takes as arguments of its own, though a mapping gives it as any other variable."""
 
 _IN_COLUMNS = ("time", "participant", "condition", "round", "seed", "outcome", "true_goal")
-_NAME = re.compile(r"[^\W\d_]([\w. -]*\w)?")
+# a Zarr store has a file of its own called zarr.json
+_NAME = re.compile(r"(?!zarr\.json$)[^\W\d_]([\w. -]*\w)?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)

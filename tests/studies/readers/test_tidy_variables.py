@@ -104,6 +104,17 @@ def test_variables_of_a_long_table_are_those_of_trials_samples_and_agents(read):
     assert log.finish_time.values.tolist() == [[0.0015, 0.0025]]
 
 
+@pytest.mark.parametrize("target", ["log.nc", "log.zarr"])
+def test_texts_of_agents_and_names_of_every_script_are_stored(read, tmp_path, target):
+    table = [*LONG_TABLE[:3], *(row.replace(",6", ",ä").replace(",7", ",") for row in LONG_TABLE[3:])]
+    told = '"büro nr-2.x" = {column = "busy", kind = "text"}\nwho = {column = "who", per = "trial-agent"}\n'
+    log = read(table, LONG + told)
+    write_log(log, tmp_path / target)
+    again = read_log(tmp_path / target)
+    assert again["büro nr-2.x"].values.tolist() == [["4", "5"], ["ä", ""]]
+    assert again.who.values.tolist() == [["h", "r"]]
+
+
 def test_what_an_agent_was_asked_to_be_can_be_grouped_by(read):
     log = read(LONG_TABLE, LONG + 'instruction = "mine"\n')
     assert log.instruction.values.tolist() == [["1.5", "2.5"]]
@@ -159,6 +170,7 @@ def test_an_agent_without_a_row_has_no_number_and_cannot_have_a_flag(read):
         ('condition = "n"', "of this name; name its column in [columns]"),
         ('trial = "n"', "of its own of this name"),
         ('"a/b" = "n"', "a name has up to 100 letters"),
+        ('"zarr.json" = "n"', "a name has up to 100 letters"),
         ('end_effector = "n"', "a point at each sample"),
         ('stops = {column = "n", per = "sample"}', "per is 'sample'; there is one a trial"),
         ('stops = {column = "n", kind = "text"}', "kind is 'text'; expected 'integer'"),

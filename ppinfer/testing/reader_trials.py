@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import faulthandler
 import gc
 import json
 import math
@@ -179,6 +180,8 @@ def _work(
             os.dup2(printed.fileno(), descriptor)
         sys.stdout, sys.stderr = os.fdopen(1, "w", closefd=False), os.fdopen(2, "w", closefd=False)
         warnings.simplefilter("error")
+        # a crash is told by the parent, in one line
+        faulthandler.disable()
         context = ExitStack()
         if guarded:
             context.enter_context(limited(seconds=bounds.seconds))

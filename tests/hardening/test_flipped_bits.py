@@ -94,7 +94,7 @@ ENTRIES = {
 
 @cache
 def inputs(entry):
-    return 12 if not WANTED else -(-WANTED // (4 * len(ENTRIES)))
+    return 8 if not WANTED else -(-WANTED // (4 * len(ENTRIES)))
 
 
 @pytest.mark.parametrize("entry", ENTRIES)

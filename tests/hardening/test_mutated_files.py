@@ -14,7 +14,7 @@ from .valid_files import GROUPS, case
 WANTED = int(os.environ.get("PPINFER_FUZZ", "0"))
 SEED = int(os.environ.get("PPINFER_FUZZ_SEED", "0"))
 NAMES = [name for group, (_, names) in GROUPS.items() for name in names if WANTED or group != "shipped"]
-INPUTS = -(-WANTED // len(NAMES)) if WANTED else 20
+INPUTS = -(-WANTED // len(NAMES)) if WANTED else 14
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -162,5 +162,7 @@ def test_a_name_that_stands_for_no_value_is_told_as_it_stands(table, cell):
 
 def test_a_spreadsheet_is_told_to_be_one(tmp_path):
     (tmp_path / "scores.xlsx").write_bytes(b"PK\x03\x04" + bytes(range(128, 256)))
-    with pytest.raises(FaultyLogError, match=r"scores.xlsx: 1 fault: is a spreadsheet; save its sheet as CSV in UTF-8"):
+    with pytest.raises(
+        FaultyLogError, match=r"scores.xlsx: 1 fault: is a spreadsheet; save its sheet as CSV in UTF-8"
+    ):
         read(tmp_path / "scores.xlsx")

@@ -233,51 +233,83 @@ def _checked_transition(
 
 
 def _filtered(rows: _Rows, describe: Callable[[int], str] | None) -> np.ndarray:
-    """Run the forward kernel, or name the sample that stops it."""
-    from ppinfer.distributions.scans import OK, forward_kernel
+    """Filter rows in plain numbers where these will do, else in logs, or name the sample that stops it.
 
-    plain = _filtered_plainly(rows)
-    if plain is not None:
-        return plain
+    What a chain of rows is filtered in must not depend on the other rows, or these would change its last digit: where
+    plain numbers do not do for all, each half of the chains is tried by itself.
+    """
     out = np.empty_like(rows.log_likelihood)
     transition = np.exp(rows.log_transition)
+    # without a transition nothing bounds how far apart hypotheses drift, and tiny differences add up: that needs logs
+    plain = bool(len(transition)) and not ((transition == 0.0) & (rows.log_transition > -math.inf)).any()
+    first_sample = np.concatenate([[0], np.cumsum(rows.row_size)])
+    # rows that begin a chain, and the end
+    chains = np.append(np.flatnonzero(~rows.continues), len(rows.row_size))
+    waiting = [(0, len(chains) - 1)] if len(rows.row_size) else []
+    while waiting:
+        begin, end = waiting.pop()
+        some = slice(int(chains[begin]), int(chains[end]))
+        offset = int(first_sample[some.start])
+        samples = slice(offset, int(first_sample[some.stop]))
+        part = _Rows(
+            rows.log_likelihood[samples],
+            rows.row_size[some],
+            rows.log_prior[some],
+            rows.log_transition,
+            rows.which[some],
+            rows.continues[some],
+        )
+        if plain:
+            if _filtered_plainly(part, transition, out[samples]):
+                continue
+            if end - begin > 1:
+                middle = (begin + end) // 2
+                waiting += [(middle, end), (begin, middle)]
+                continue
+        _filter_logs(part, transition, out[samples], offset, rows, describe)
+    return out
+
+
+def _filter_logs(
+    part: _Rows,
+    transition: np.ndarray,
+    out: np.ndarray,
+    offset: int,
+    whole: _Rows,
+    describe: Callable[[int], str] | None,
+) -> None:
+    """Filter rows that begin at a sample of the whole, or name the sample that stops it."""
+    from ppinfer.distributions.scans import OK, forward_kernel
+
     status = forward_kernel(
-        rows.log_likelihood,
-        rows.row_size,
-        rows.log_prior,
-        rows.log_transition,
+        part.log_likelihood,
+        part.row_size,
+        part.log_prior,
+        part.log_transition,
         transition,
-        rows.which,
-        rows.continues,
+        part.which,
+        part.continues,
         out,
     )
     if status != OK:
-        _refuse(status, rows, describe)
-    return out
+        _refuse(status + offset if status >= 0 else status - offset, whole, describe)
 
 
-def _filtered_plainly(rows: _Rows) -> np.ndarray | None:
-    """Filter with probabilities in place of their logs, or return None where these would not do."""
+def _filtered_plainly(rows: _Rows, transition: np.ndarray, out: np.ndarray) -> bool:
+    """Filter with probabilities in place of their logs; false, and `out` of no use, where these would not do."""
     from ppinfer.distributions.scans import centre_samples, plain_forward_kernel
 
-    # without a transition nothing bounds how far apart hypotheses drift, and tiny differences add up: that needs logs
-    if not len(rows.log_transition):
-        return None
-    transition = np.exp(rows.log_transition)
-    if ((transition == 0.0) & (rows.log_transition > -math.inf)).any():
-        return None
     centred = np.empty_like(rows.log_likelihood)
     if not centre_samples(rows.log_likelihood, centred):
-        return None
-    out = np.empty_like(centred)
+        return False
     if not plain_forward_kernel(
         np.exp(centred), rows.row_size, rows.log_prior, transition, rows.which, rows.continues, out
     ):
-        return None
+        return False
     with np.errstate(divide="ignore"):
         np.log(out, out=out)
     out += centred
-    return out
+    return True
 
 
 def _refuse(status: int, rows: _Rows, describe: Callable[[int], str] | None) -> None:

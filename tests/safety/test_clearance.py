@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.testing import assert_allclose, assert_array_equal
-from scipy.optimize import minimize
+from scipy.optimize import lsq_linear
 from scipy.stats import norm
 
 from ppinfer import Axis, Distribution
@@ -20,21 +20,12 @@ PLACE = st.sampled_from([-1.0, -0.5, 0.0, 0.5, 1.0]) | st.floats(-3.0, 3.0)
 
 
 def segment_distance(one, two):
-    """Return the distance of two segments by minimising a convex function of two shares."""
+    """Return the distance of two segments: least squares of two shares within bounds, by active sets."""
     (a, b), (c, d) = one, two
-
-    def squared(shares):
-        apart = a + shares[0] * (b - a) - c - shares[1] * (d - c)
-        return apart @ apart
-
-    found = min(
-        (
-            minimize(squared, start, bounds=[(0, 1), (0, 1)], tol=1e-14)
-            for start in ([0, 0], [1, 1], [0.5, 0.5])
-        ),
-        key=lambda result: result.fun,
-    )
-    return np.sqrt(max(found.fun, 0.0))
+    directions = np.column_stack([b - a, c - d])
+    found = lsq_linear(directions, c - a, bounds=(0, 1), method="bvls", tol=1e-15)
+    ends = [[0, 0], [0, 1], [1, 0], [1, 1]]  # it cannot be further than ends are, whatever rounding does
+    return min(np.linalg.norm(directions @ shares - (c - a)) for shares in [found.x, *ends])
 
 
 def body(*segments, radius=0.0):

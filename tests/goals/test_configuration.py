@@ -65,7 +65,7 @@ def test_bytes_that_are_no_text_are_refused(tmp_path):
 
 
 def test_nothing_is_left_behind_where_a_model_cannot_be_written(tmp_path):
-    with pytest.raises(ModelError, match="no directory"):
+    with pytest.raises(ModelError, match="no folder"):
         write_model(make_model("nearest", {}), tmp_path / "nowhere" / "m.toml", {})
     with pytest.raises(TypeError):
         write_model(make_model("nearest", {}), tmp_path / "m.toml", {"fit": object()})

@@ -79,6 +79,7 @@ def _add_arms(worlds: argparse._SubParsersAction[Any]) -> None:
 
 def run_watch_arms(args: argparse.Namespace) -> int:
     """Draw one trial."""
+    from ppinfer.cli.output import say
     from ppinfer.cli.progress import progress_bar
     from ppinfer.studies import open_log
     from ppsim.arms.study import ArmsStudy
@@ -98,7 +99,7 @@ def run_watch_arms(args: argparse.Namespace) -> int:
     with progress_bar("drawing") as progress:
         draw_trial(log, output, progress=progress)
     stops = int(log["stops"].values[0])
-    print(
+    say(
         f"{output}: {log['trial_id'].values[0]}, {log['outcome'].values[0]} after {log['time'].values[-1]:.1f} s, "
         f"{stops} safety stops"
     )
@@ -139,6 +140,7 @@ def _add_reaching(worlds: argparse._SubParsersAction[Any]) -> None:
 
 def run_watch_reaching(args: argparse.Namespace) -> int:
     """Draw one game."""
+    from ppinfer.cli.output import say
     from ppinfer.cli.progress import progress_bar
     from ppinfer.studies import open_log
     from ppsim.one_trial import one_trial
@@ -166,5 +168,5 @@ def run_watch_reaching(args: argparse.Namespace) -> int:
         if name in log:
             count = int(log[name].values[0])
             told.append(f"{count} {what}{'' if count == 1 else 's'}")
-    print(f"{output}: {log['trial_id'].values[0]}, {', '.join(told)}")
+    say(f"{output}: {log['trial_id'].values[0]}, {', '.join(told)}")
     return 0

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ppinfer.studies.metrics.context import TrialContext, share
 from ppinfer.studies.metrics.idleness import flag_of
-from ppinfer.studies.metrics.metric import Metric
+from ppinfer.studies.metrics.metric import Metric, metric_of_each_role
 from ppinfer.studies.metrics.roles import ROLES, Role
 
 _NEEDS = ("position", "observed")
@@ -77,41 +75,29 @@ def _actions(
     return trials.trial[first], trials.elapsed[first - 1], trials.elapsed[last]
 
 
-IDLE_SHARE = tuple(
-    Metric(
-        f"{role}_idle_share",
-        "",
-        f"share of the time in which both have a task that the {role} is idle",
-        partial(idle_share, role=role),
-        roles=(role,),
-        needs=_NEEDS,
-        reads=_READS,
-    )
-    for role in ROLES
+IDLE_SHARE = metric_of_each_role(
+    "{role}_idle_share",
+    "",
+    "share of the time in which both have a task that the {role} is idle",
+    idle_share,
+    needs=_NEEDS,
+    reads=_READS,
 )
-ACTIVE_SHARE = tuple(
-    Metric(
-        f"{role}_active_share",
-        "",
-        f"share of that time in which the {role} is active",
-        partial(active_share, role=role),
-        roles=(role,),
-        needs=_NEEDS,
-        reads=_READS,
-    )
-    for role in ROLES
+ACTIVE_SHARE = metric_of_each_role(
+    "{role}_active_share",
+    "",
+    "share of that time in which the {role} is active",
+    active_share,
+    needs=_NEEDS,
+    reads=_READS,
 )
-UNSEEN_SHARE = tuple(
-    Metric(
-        f"{role}_unseen_share",
-        "",
-        f"share of that time in which the {role} is not seen: neither idle nor active",
-        partial(unseen_share, role=role),
-        roles=(role,),
-        needs=_NEEDS,
-        reads=_READS,
-    )
-    for role in ROLES
+UNSEEN_SHARE = metric_of_each_role(
+    "{role}_unseen_share",
+    "",
+    "share of that time in which the {role} is not seen: neither idle nor active",
+    unseen_share,
+    needs=_NEEDS,
+    reads=_READS,
 )
 CONCURRENT_SHARE = Metric(
     "concurrent_share",

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 from jaxtyping import Bool, Float, Int, Shaped
 
 from ppinfer.studies.metrics.context import TrialContext
-from ppinfer.studies.metrics.metric import Metric
-from ppinfer.studies.metrics.roles import ROLES, Role
+from ppinfer.studies.metrics.metric import metric_of_each_role
+from ppinfer.studies.metrics.roles import Role
 
 
 def goal_changes(trials: TrialContext, role: Role) -> Float[np.ndarray, " trial"]:
@@ -50,15 +48,11 @@ def _differs(values: Shaped[np.ndarray, "sample ..."]) -> Bool[np.ndarray, " ste
     return ~np.asarray(same.all(axis=tuple(axes.tolist())))
 
 
-GOAL_CHANGES = tuple(
-    Metric(
-        f"{role}_goal_changes",
-        "",
-        f"how often the {role} changed its goal while the goals stayed",
-        partial(goal_changes, role=role),
-        roles=(role,),
-        needs=(f"{{{role}}}_goal_changes or pursued or {{{role}}}_goal_index",),
-        reads=("goal_position", "goal_present"),
-    )
-    for role in ROLES
+GOAL_CHANGES = metric_of_each_role(
+    "{role}_goal_changes",
+    "",
+    "how often the {role} changed its goal while the goals stayed",
+    goal_changes,
+    needs=("{{role}}_goal_changes or pursued or {{role}}_goal_index",),
+    reads=("goal_position", "goal_present"),
 )

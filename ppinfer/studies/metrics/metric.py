@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
 from ppinfer.studies.metrics.context import TrialContext
-from ppinfer.studies.metrics.roles import Roles
+from ppinfer.studies.metrics.roles import ROLES, Role, Roles
 
 Measure = Callable[[TrialContext], Float[np.ndarray, " trial"]]
 
@@ -88,3 +89,49 @@ class Metric:
     def variables(self, roles: Roles) -> set[str]:
         """Return the names of all variables that it may look at."""
         return {name for need in (*self.needs, *self.reads) for name in roles.filled(need).split(" or ")}
+
+
+def metric_of_each_role(
+    name: str,
+    units: str,
+    meaning: str,
+    measure: Callable[..., Float[np.ndarray, " trial"]],
+    *,
+    needs: tuple[str, ...] = (),
+    reads: tuple[str, ...] = (),
+    lacks: Callable[[Role, xr.Dataset, Roles], str] | None = None,
+) -> tuple[Metric, ...]:
+    """Return one metric of the robot and one of the human.
+
+    Parameters
+    ----------
+    name, meaning : str
+        As of `Metric`, with ``{role}`` where they say whose it is.
+    units : str
+        As of `Metric`.
+    measure : callable
+        From some whole trials, and ``role=``, to one float64 a trial.
+    needs, reads : tuple of str
+        As of `Metric`; ``{{role}}`` stands for the label of the agent in that role.
+    lacks : callable, optional
+        As of `Metric`, with the role before the log.
+
+    Examples
+    --------
+    >>> seen = metric_of_each_role("{role}_is_there", "", "1", lambda trials, role: trials.duration * 0 + 1)
+    >>> [(metric.name, metric.roles) for metric in seen]
+    [('robot_is_there', ('robot',)), ('human_is_there', ('human',))]
+    """
+    return tuple(
+        Metric(
+            name.replace("{role}", role),
+            units,
+            meaning.replace("{role}", role),
+            partial(measure, role=role),
+            roles=(role,),
+            needs=tuple(need.replace("{role}", role) for need in needs),
+            reads=reads,
+            lacks=_nothing if lacks is None else partial(lacks, role),
+        )
+        for role in ROLES
+    )

@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from ppinfer.studies.metrics.context import TrialContext, share
-from ppinfer.studies.metrics.metric import Metric
-from ppinfer.studies.metrics.roles import ROLES, Role
+from ppinfer.studies.metrics.metric import metric_of_each_role
+from ppinfer.studies.metrics.roles import Role
 
 _NEEDS = ("position", "observed")
 
@@ -27,36 +27,24 @@ def mean_speed(trials: TrialContext, role: Role) -> Float[np.ndarray, " trial"]:
     return share(path_length(trials, role), trials.total(np.where(trials.seen(role), trials.interval, 0.0)))
 
 
-PATH_LENGTH = tuple(
-    Metric(
-        f"{role}_path_length",
-        "{position}",
-        f"how far the {role} moved while it was seen; a gap is not bridged",
-        partial(path_length, role=role),
-        roles=(role,),
-        needs=_NEEDS,
-    )
-    for role in ROLES
+PATH_LENGTH = metric_of_each_role(
+    "{role}_path_length",
+    "{position}",
+    "how far the {role} moved while it was seen; a gap is not bridged",
+    path_length,
+    needs=_NEEDS,
 )
-HAND_PATH = tuple(
-    Metric(
-        f"{role}_hand_path_m",
-        "m",
-        f"how far the {role}'s hand moved over the table",
-        partial(path_length, role=role, positions="end_effector"),
-        roles=(role,),
-        needs=("end_effector",),
-    )
-    for role in ROLES
+HAND_PATH = metric_of_each_role(
+    "{role}_hand_path_m",
+    "m",
+    "how far the {role}'s hand moved over the table",
+    partial(path_length, positions="end_effector"),
+    needs=("end_effector",),
 )
-MEAN_SPEED = tuple(
-    Metric(
-        f"{role}_mean_speed",
-        "{position}/s",
-        f"the {role}'s path length over the time in which it was seen",
-        partial(mean_speed, role=role),
-        roles=(role,),
-        needs=_NEEDS,
-    )
-    for role in ROLES
+MEAN_SPEED = metric_of_each_role(
+    "{role}_mean_speed",
+    "{position}/s",
+    "the {role}'s path length over the time in which it was seen",
+    mean_speed,
+    needs=_NEEDS,
 )

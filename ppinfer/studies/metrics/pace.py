@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import xarray as xr
 from jaxtyping import Float
 
 from ppinfer.studies.metrics.context import TrialContext, share
-from ppinfer.studies.metrics.metric import Metric
-from ppinfer.studies.metrics.roles import ROLES, Role, Roles
+from ppinfer.studies.metrics.metric import Metric, metric_of_each_role
+from ppinfer.studies.metrics.roles import Role, Roles
 
 SECONDS_A_MINUTE = 60.0
 
@@ -38,26 +36,18 @@ def _lacks_segments(role: Role, log: xr.Dataset, roles: Roles) -> str:
 DURATION = Metric(
     "duration_s", "s", "from the trial's first sample to its last", lambda trials: trials.duration
 )
-PICKS_PER_MINUTE = tuple(
-    Metric(
-        f"{role}_picks_per_minute",
-        "1/min",
-        f"goals that the {role} picked, as logged, in a minute of the trial",
-        partial(picks_per_minute, role=role),
-        roles=(role,),
-        needs=(f"{{{role}}}_pick",),
-    )
-    for role in ROLES
+PICKS_PER_MINUTE = metric_of_each_role(
+    "{role}_picks_per_minute",
+    "1/min",
+    "goals that the {role} picked, as logged, in a minute of the trial",
+    picks_per_minute,
+    needs=("{{role}}_pick",),
 )
-SEGMENTS_PER_MINUTE = tuple(
-    Metric(
-        f"{role}_segments_per_minute",
-        "1/min",
-        f"segments of the {role} (stretches of motion towards one goal) in a minute of the trial",
-        partial(segments_per_minute, role=role),
-        roles=(role,),
-        needs=("segment_agent", "segment_trial"),
-        lacks=partial(_lacks_segments, role),
-    )
-    for role in ROLES
+SEGMENTS_PER_MINUTE = metric_of_each_role(
+    "{role}_segments_per_minute",
+    "1/min",
+    "segments of the {role} (stretches of motion towards one goal) in a minute of the trial",
+    segments_per_minute,
+    needs=("segment_agent", "segment_trial"),
+    lacks=_lacks_segments,
 )

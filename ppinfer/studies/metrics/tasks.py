@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from ppinfer.studies.metrics.context import TrialContext
-from ppinfer.studies.metrics.metric import Metric
+from ppinfer.studies.metrics.metric import Metric, metric_of_each_role
 from ppinfer.studies.metrics.roles import ROLES, Role
 
 
@@ -44,16 +44,12 @@ TASK_TIMES = (
         roles=ROLES,
         needs=("finish_time",),
     ),
-    *(
-        Metric(
-            f"{role}_s",
-            "s",
-            f"until the {role} had finished (the trial's length where it had not)",
-            partial(finish_s, role=role),
-            roles=(role,),
-            needs=("finish_time",),
-        )
-        for role in ROLES
+    *metric_of_each_role(
+        "{role}_s",
+        "s",
+        "until the {role} had finished (the trial's length where it had not)",
+        finish_s,
+        needs=("finish_time",),
     ),
 )
 STOPS = Metric("stops", "", "safety stops, as logged", partial(logged, name="stops"), needs=("stops",))
